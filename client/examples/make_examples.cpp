@@ -140,6 +140,37 @@ Json Flag() {
           {"controls", {{{"time_s", 3}, {"wind_m_per_s", {4, 0, 4.5}}}}}};
 }
 
+// Five sheets one above the other, each turned a little more, fall on a sphere.
+Json FiveSheets() {
+  constexpr double kSide_m = 0.9;
+  const Json colliders = {{{"sphere", {{"center_m", {0, 0, 0}}, {"radius_m", 0.25}}}},
+                          {{"plane", {{"point_m", {0, -0.35, 0}}, {"normal", {0, 1, 0}}}}}};
+  Json cloths = Json::array();
+  for (int k = 0; k < 5; ++k) {
+    const double angle = 0.18 * k;  // about y
+    const double x = kSide_m / 2 * (std::cos(angle) + std::sin(angle));
+    const double z = kSide_m / 2 * (std::cos(angle) - std::sin(angle));
+    const Json turned = {0, Rounded(std::sin(angle / 2)), 0, Rounded(std::cos(angle / 2))};
+    cloths.push_back(
+        {{"world", "stack"},
+         {"spec",
+          {{"grid", {{"columns", 25}, {"rows", 25}, {"width_m", kSide_m}, {"height_m", kSide_m}}},
+           {"transform",
+            {{"position_m", {Rounded(-x), Rounded(0.28 + 0.03 * k), Rounded(-z)}},
+             {"rotation_xyzw", turned}}},
+           {"material",
+            {{"areal_density_kg_per_m2", 0.2},
+             {"bending_rigidity_n_m", 2e-4},
+             {"damping_per_s", 0.5},
+             {"friction_static", 0.4},
+             {"friction_dynamic", 0.3},
+             {"thickness_m", 0.006}}},
+           {"environment", {{"colliders", colliders}}},
+           {"self_collision", Json::object()}}}});
+  }
+  return {{"name", "five_sheets"}, {"duration_s", 2}, {"cloths", cloths}};
+}
+
 struct Vertices {
   std::vector<std::array<double, 3>> positions;
   std::vector<std::array<uint32_t, 3>> triangles;
@@ -273,6 +304,7 @@ int main(int argc, char** argv) {
     Write(folder / "chain.json", LayOutJson(Chain()));
     Write(folder / "net.json", LayOutJson(Net()));
     Write(folder / "flag.json", LayOutJson(Flag()));
+    Write(folder / "five_sheets.json", LayOutJson(FiveSheets()));
     Write(folder / "skirt.json", LayOutJson(Skirt(folder / "meshes" / "skirt.obj")));
     Write(folder / "meshes" / "disc.obj", DiscObj());
   } catch (const std::exception& error) {

@@ -74,7 +74,8 @@ void BuildAndCreate(const std::shared_ptr<Creation>& creation, const RequestLimi
   const Status maps = BuildMaps(*creation, limits, stop_reason);
   if (!maps.ok()) return creation->End(maps);
   ClothCreation cloths{std::move(creation->checked.description), std::move(*model),
-                       std::move(creation->checked.pins), std::move(creation->checked.copies)};
+                       std::move(creation->checked.pins), std::move(creation->checked.copies),
+                       std::move(creation->checked.world)};
   const Status starts = FindClearStarts(cloths, stop_reason);
   if (!starts.ok()) return creation->End(starts);
   // A client that has gone would not learn the ids.

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <string>
 
+#include "server/session/session_limits.h"
+
 namespace drape::api {
 namespace {
 
@@ -66,6 +68,14 @@ Eigen::Vector3d CheckVector3Or(const Eigen::Vector3d& fallback, const FieldPath&
                                Violations& violations) {
   if (values.empty()) return fallback;
   return CheckVector3(path, values, max, unit, violations).value_or(fallback);
+}
+
+std::string CheckWorldName(const FieldPath& path, const std::string& name, Violations& violations) {
+  violations.Require(name.size() <= kMaxWorldNameBytes, path, [&] {
+    return "has " + std::to_string(name.size()) + " bytes, at most " +
+           std::to_string(kMaxWorldNameBytes);
+  });
+  return name;
 }
 
 std::optional<size_t> CheckPackedRows(const FieldPath& path, const v1::PackedArray& array,

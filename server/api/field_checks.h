@@ -6,6 +6,7 @@
 
 #include <Eigen/Core>
 #include <optional>
+#include <string>
 #include <string_view>
 
 #include "drape/v1/array.pb.h"
@@ -34,6 +35,9 @@ std::optional<Eigen::Vector3d> CheckVector3(const FieldPath& path, const DoubleL
 Eigen::Vector3d CheckVector3Or(const Eigen::Vector3d& fallback, const FieldPath& path,
                                const DoubleList& values, double max, std::string_view unit,
                                Violations& violations);
+// The name of a world, at most kMaxWorldNameBytes; may be empty.
+std::string CheckWorldName(const FieldPath& path, const std::string& name, Violations& violations);
+
 // Requires one of the data types `types`, the shape [rows, columns], and exactly as many bytes of
 // data. Returns the rows, or none after a violation.
 std::optional<size_t> CheckPackedRows(const FieldPath& path, const v1::PackedArray& array,

@@ -117,6 +117,7 @@ v1::Cloth ToProto(const ClothRecord& record) {
   }
   Append(record.placement.environment_origin_m, message.mutable_environment_origin_m());
   message.set_max_grips(description->parameters.max_grips);
+  message.set_world(record.world);
   message.set_faulted(progress.fault != FaultReason::kNone);
   message.set_fault_reason(std::string(FaultReasonText(progress.fault)));
   for (const RigidMotion& motion : ColliderMotionsNow(record)) {

@@ -249,6 +249,7 @@ Result<CheckedCreation> CheckCreateCloths(const v1::CreateClothsRequest& request
                " colliders are allowed in one request";
       });
   CheckedCreation result;
+  result.world = CheckWorldName(FieldPath("world"), request.world(), violations);
   if (has_count && has_room) {
     result.copies.assign(count, {spec.transform, Eigen::Vector3d::Zero(), spec.parameters});
     ApplyOrigins(request, result.copies, violations);

@@ -27,6 +27,7 @@ struct CheckedCreation {
   std::vector<Pin> pins;
   StepSettings settings;  // of the spec; a copy may have its own
   std::vector<ClothCopy> copies;
+  std::string world{};  // ClothCreation::world
 };
 Result<CheckedCreation> CheckCreateCloths(const v1::CreateClothsRequest& request,
                                           const RequestLimits& limits);

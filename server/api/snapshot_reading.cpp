@@ -226,6 +226,7 @@ Result<SavedCloth> ToCloth(size_t number, v1::ClothSnapshot& message, const Read
     return violations.ToStatus();
   }
   SavedCloth cloth{.id = ClothId::FromPacked(message.cloth_id())};
+  cloth.world = CheckWorldName(path.Child("world"), message.world(), violations);
   Describe(path, message, shared, target, cloth, violations);
   DRAPE_RETURN_IF_ERROR(violations.ToStatus());
   const SceneModel& model = *cloth.description->model;

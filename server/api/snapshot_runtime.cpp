@@ -235,7 +235,7 @@ ClothProgress CheckProgress(const FieldPath& path, const v1::RuntimeSnapshot& me
   progress.time_s = message.time_s();
   violations.InRange(path.Child("time_s"), progress.time_s, {0, kMaxMotionStart_s, "s"});
   violations.CountInRange(path.Child("fault"), message.fault(), 0,
-                          static_cast<uint64_t>(FaultReason::kRunaway));
+                          static_cast<uint64_t>(FaultReason::kInWorld));
   progress.fault = static_cast<FaultReason>(message.fault());
   if (violations.Length(path.Child("warnings"), static_cast<size_t>(message.warnings_size()),
                         kCounters.size(), "one per counter")) {

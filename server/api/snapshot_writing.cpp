@@ -67,6 +67,7 @@ v1::ClothSnapshot MessageOf(const SavedCloth& cloth, Shared& shared) {
   const ClothDescription& description = *cloth.description;
   v1::ClothSnapshot message;
   message.set_cloth_id(cloth.id.Packed());
+  message.set_world(cloth.world);
   message.set_model(shared.models.NumberOf(description.model_description.get()));
   *message.mutable_spec() = ClothToSpec(description, cloth.transform);
   for (const Collider& collider : description.parameters.colliders) {

@@ -6,6 +6,7 @@
 #include <optional>
 #include <set>
 #include <string>
+#include <unordered_map>
 #include <utility>
 
 #include "server/core/check.h"
@@ -213,6 +214,71 @@ Status ActiveRequest::CheckExpectations(uint32_t max_steps) const {
   return Status::Ok();
 }
 
+Status ActiveRequest::CheckWorlds() const {
+  std::unordered_map<const ClothRuntime*, uint32_t> places;
+  for (uint32_t k = 0; k < work_.cloths.size(); ++k) {
+    if (work_.cloths[k]->world() != nullptr) places.emplace(work_.cloths[k].get(), k);
+  }
+  std::vector<uint64_t> missing_ids;
+  std::set<const ClothWorld*> worlds;
+  for (const auto& [cloth, place] : places) worlds.insert(cloth->world().get());
+  for (const ClothWorld* const world : worlds) {
+    for (const ClothWorld::Member& member : world->members()) {
+      if (!places.contains(member.cloth)) missing_ids.push_back(member.id);
+    }
+  }
+  if (!missing_ids.empty()) {
+    std::ranges::sort(missing_ids);
+    return WorldIncomplete(missing_ids);
+  }
+  const auto has_fault = [&](const ClothRuntime& cloth) {
+    return cloth.is_faulted() && !IsRestarted(places.at(&cloth));
+  };
+  const auto completed_steps = [&](const ClothRuntime& cloth) {
+    return IsRestarted(places.at(&cloth)) ? 0 : cloth.now().completed_steps;
+  };
+  for (const ClothWorld* const world : worlds) {
+    const ClothRuntime& first = *world->members()[0].cloth;
+    for (const ClothWorld::Member& member : world->members()) {
+      if (has_fault(*member.cloth) != has_fault(first)) {
+        const uint64_t id = has_fault(first) ? world->members()[0].id : member.id;
+        return {StatusCode::kFailedPrecondition, "WORLD_FAULTED",
+                "cloth " + std::to_string(id) + " is faulted, but not all cloths of its world " +
+                    "are: reset or delete those that are"};
+      }
+      if (work_.until_step && completed_steps(*member.cloth) != completed_steps(first)) {
+        return StepMismatch(*member.cloth, places.at(member.cloth),
+                            "another cloth of its world " + std::to_string(completed_steps(first)) +
+                                ": use steps instead of until_step");
+      }
+    }
+  }
+  return Status::Ok();
+}
+
+void ActiveRequest::FormUnits() {
+  const auto count = static_cast<uint32_t>(work_.cloths.size());
+  ends_unit_.assign(count, true);
+  std::unordered_map<const ClothRuntime*, uint32_t> places;
+  for (uint32_t k = 0; k < count; ++k) {
+    if (work_.cloths[k]->world() != nullptr) places.emplace(work_.cloths[k].get(), k);
+  }
+  for (uint32_t k = 0; k < count; ++k) {
+    const ClothWorld* const world = work_.cloths[k]->world().get();
+    if (world != nullptr && world->members()[0].cloth != work_.cloths[k].get()) continue;
+    unit_begins_.push_back(static_cast<uint32_t>(order_.size()));
+    if (world == nullptr) {
+      order_.push_back(k);
+      continue;
+    }
+    for (const ClothWorld::Member& member : world->members()) {
+      order_.push_back(places.at(member.cloth));
+      ends_unit_[order_.back()] = &member == &world->members().back();
+    }
+  }
+  unit_begins_.push_back(count);
+}
+
 Status ActiveRequest::ApplyControls(Backend& backend) {
   const StepControls& controls = work_.controls;
   const auto cloth_of = [&](const auto& control) -> ClothRuntime& {
@@ -266,8 +332,10 @@ void ActiveRequest::ApplyGrips(Backend& backend) {
 Status ActiveRequest::Start(Backend& backend, uint32_t max_steps) {
   DRAPE_CHECK(has_every_turn() && !has_started_, "a request starts once, when it has every turn");
   DRAPE_RETURN_IF_ERROR(CheckExpectations(max_steps));
+  DRAPE_RETURN_IF_ERROR(CheckWorlds());
   DRAPE_RETURN_IF_ERROR(ApplyControls(backend));
   has_started_ = true;
+  FormUnits();
   steps_left_.resize(work_.cloths.size());
   if (work_.report) reports_.resize(work_.cloths.size());
   if (work_.impulses) impulses_.resize(work_.cloths.size());
@@ -282,7 +350,7 @@ Status ActiveRequest::Start(Backend& backend, uint32_t max_steps) {
     } else {
       steps_left_[k] = static_cast<uint32_t>(*work_.until_step - cloth.now().completed_steps);
     }
-    cloths_to_step_ += steps_left_[k] > 0;
+    units_to_step_ += steps_left_[k] > 0 && ends_unit_[k];
   }
   return Status::Ok();
 }
@@ -290,31 +358,42 @@ Status ActiveRequest::Start(Backend& backend, uint32_t max_steps) {
 std::span<const uint32_t> ActiveRequest::Costs(const SolveRate& rate, double us_per_cost,
                                                uint32_t max_cost) {
   costs_.clear();
-  const size_t count = steps_left_.size();
-  for (size_t n = 0; n < count; ++n) {
-    const size_t k = (cursor_ + n) % count;
-    if (steps_left_[k] == 0) continue;
-    const double cost = std::ceil(work_.cloths[k]->ExpectedCost_us(rate) / us_per_cost);
-    costs_.push_back(static_cast<uint32_t>(std::clamp<double>(cost, 1, max_cost)));
+  for (uint32_t n = 0; n < unit_count(); ++n) {
+    const uint32_t unit = (cursor_ + n) % unit_count();
+    if (!HasStepsLeft(unit)) continue;
+    double expected_us = 0;
+    for (const uint32_t k : Unit(unit)) expected_us += work_.cloths[k]->ExpectedCost_us(rate);
+    costs_.push_back(static_cast<uint32_t>(
+        std::clamp<double>(std::ceil(expected_us / us_per_cost), 1, max_cost)));
   }
   return costs_;
 }
 
-uint32_t ActiveRequest::NextCloth() const {
-  DRAPE_CHECK(cloths_to_step_ > 0, "a request has no more cloths to step");
+std::span<const uint32_t> ActiveRequest::NextUnit() const {
+  DRAPE_CHECK(units_to_step_ > 0, "a request has no more cloths to step");
   uint32_t next = cursor_;
-  while (steps_left_[next] == 0) next = (next + 1) % static_cast<uint32_t>(steps_left_.size());
-  return next;
+  while (!HasStepsLeft(next)) next = (next + 1) % unit_count();
+  return Unit(next);
+}
+
+void ActiveRequest::TakeAgain(uint32_t cloth_index) {
+  const auto place = std::ranges::find(order_, cloth_index) - order_.begin();
+  const auto after = std::ranges::upper_bound(unit_begins_, static_cast<uint32_t>(place));
+  cursor_ = static_cast<uint32_t>(after - unit_begins_.begin()) - 1;
 }
 
 std::vector<uint32_t> ActiveRequest::Take(uint32_t count, uint64_t round) {
-  DRAPE_CHECK(count <= cloths_to_step_, "a request has no more cloths to step");
+  DRAPE_CHECK(count <= units_to_step_, "a request has no more cloths to step");
   if (!std::exchange(was_taken_, true)) trace::Waited("queue", submitted_us_);
   std::vector<uint32_t> taken;
   taken.reserve(count);
-  while (taken.size() < count) {
-    if (steps_left_[cursor_] > 0) taken.push_back(cursor_);
-    cursor_ = (cursor_ + 1) % static_cast<uint32_t>(steps_left_.size());
+  while (count > 0) {
+    if (HasStepsLeft(cursor_)) {
+      const std::span<const uint32_t> unit = Unit(cursor_);
+      taken.insert(taken.end(), unit.begin(), unit.end());
+      --count;
+    }
+    cursor_ = (cursor_ + 1) % unit_count();
   }
   last_round_ = round;
   return taken;
@@ -342,7 +421,7 @@ void ActiveRequest::CompleteStep(uint32_t cloth_index, const StepReport& report)
   } else if (report.fault != FaultReason::kNone) {
     left = work_.report ? 1 : 0;  // one more for the report, see Start
   }
-  cloths_to_step_ -= left == 0;
+  units_to_step_ -= left == 0 && ends_unit_[cloth_index];
 }
 
 void ActiveRequest::AddBatch(const BatchReport& batch, uint32_t cloths, uint32_t requests,

@@ -39,22 +39,22 @@ class ActiveRequest {
   void EndWith(const Status& status);
   const std::optional<Status>& end_status() const { return end_status_; }
 
-  // Cloths that have steps left.
-  uint32_t cloths_to_step() const { return cloths_to_step_; }
-  bool is_done() const { return has_started_ && cloths_to_step_ == 0; }
+  // What has steps left, by what is stepped together: single cloths, and whole worlds.
+  uint32_t units_to_step() const { return units_to_step_; }
+  bool is_done() const { return has_started_ && units_to_step_ == 0; }
   uint64_t last_round() const { return last_round_; }
 
-  // The cost in a batch of the next step of each cloth that has steps left, in the order of Take:
+  // The cost in a batch of the next step of each unit that has steps left, in the order of Take:
   // one for every `us_per_cost` of its expected duration, at least one and at most `max_cost`.
   // Valid until the next call.
   std::span<const uint32_t> Costs(const SolveRate& rate, double us_per_cost, uint32_t max_cost);
-  // The next `count` (<= cloths_to_step) cloths, as indices into work().cloths. They take part in
-  // round `round`.
+  // The next `count` (<= units_to_step) units, as indices into work().cloths; those of a world
+  // follow each other in its order. They take part in round `round`.
   std::vector<uint32_t> Take(uint32_t count, uint64_t round);
-  // The cloth that Take would take first. Needs cloths_to_step() > 0.
-  uint32_t NextCloth() const;
-  // Take begins with this cloth again, whose step is not complete.
-  void TakeAgain(uint32_t cloth_index) { cursor_ = cloth_index; }
+  // The unit that Take would take first, which has steps left. Needs units_to_step() > 0.
+  std::span<const uint32_t> NextUnit() const;
+  // Take begins with the unit of this cloth again, whose step is not complete.
+  void TakeAgain(uint32_t cloth_index);
   // Whether the next step of this cloth is its last one and a report is wanted.
   bool IsMeasured(uint32_t cloth_index) const;
   // Whether the next step of the cloth is to tell its impulses.
@@ -75,6 +75,16 @@ class ActiveRequest {
     return !work_.is_restarted.empty() && work_.is_restarted[cloth_index];
   }
   Status CheckExpectations(uint32_t max_steps) const;
+  // Every world that one of the cloths belongs to is there as a whole, and can be stepped.
+  Status CheckWorlds() const;
+  void FormUnits();
+  std::span<const uint32_t> Unit(uint32_t unit) const {
+    return std::span(order_).subspan(unit_begins_[unit],
+                                     unit_begins_[unit + 1] - unit_begins_[unit]);
+  }
+  uint32_t unit_count() const { return static_cast<uint32_t>(unit_begins_.size() - 1); }
+  // Of all its cloths.
+  bool HasStepsLeft(uint32_t unit) const { return steps_left_[Unit(unit)[0]] > 0; }
   // All controls, or none and an error.
   Status ApplyControls(Backend& backend);
   // Reads where the particles are if something is grabbed.
@@ -92,8 +102,11 @@ class ActiveRequest {
   // [cloth], only if impulses are; null: of cloths without a step, or faulted.
   std::vector<std::shared_ptr<const StepImpulses>> impulses_;
   std::vector<std::shared_ptr<const SceneModel>> models_;  // whose impulses these are
-  uint32_t cloths_to_step_ = 0;
-  uint32_t cursor_ = 0;  // where Take continues
+  std::vector<uint32_t> order_;                            // cloths, unit after unit
+  std::vector<uint32_t> unit_begins_;                      // [unit_count + 1] of order_
+  std::vector<bool> ends_unit_;                            // [cloth]: the last one of its unit
+  uint32_t units_to_step_ = 0;
+  uint32_t cursor_ = 0;  // the unit where Take continues
   std::vector<uint32_t> costs_;
   uint64_t last_round_;
   int64_t idle_since_us_;  // submitted, or the end of the last batch

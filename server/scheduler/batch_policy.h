@@ -10,8 +10,8 @@ namespace drape {
 // A request that may be stepped now: it has the turn at every one of its cloths (cloth_runtime.h).
 struct RunnableRequest {
   uint32_t session = 0;  // index into the sessions
-  // The cost of the next step, >= 1, of each cloth that has steps left, in the order in which they
-  // are taken; at least one cloth. Most cloths cost 1.
+  // The cost of the next step, >= 1, of each cloth, or world, that has steps left, in the order in
+  // which they are taken; at least one. Most cloths cost 1.
   std::span<const uint32_t> costs;
   // The round in which it last took part or, before that, in which it arrived. Within a session the
   // request that has waited longest comes first; ties are in order of arrival.
@@ -34,10 +34,10 @@ struct FairShare {
   std::vector<uint64_t> deficits;
 };
 
-// `cloth_count` cloths of request `request` (index into the input) are stepped.
+// The next `count` of request `request` (index into the input) are stepped: cloths, or worlds.
 struct BatchTake {
   uint32_t request = 0;
-  uint32_t cloth_count = 0;
+  uint32_t count = 0;
 };
 
 struct BatchChoice {

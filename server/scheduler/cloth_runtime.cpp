@@ -75,8 +75,18 @@ void ClothRuntime::Begin(ClothHandle handle, std::shared_ptr<const SceneModel> m
   Reset(pin_starts_m, pin_targets_m);
 }
 
+void ClothRuntime::Join(std::shared_ptr<ClothWorld> world, uint64_t id,
+                        const Eigen::Vector3d& origin_m) {
+  DRAPE_CHECK(is_alive_ && world_ == nullptr, "a cloth joins one world");
+  world_ = std::move(world);
+  world_->Join({this, id, origin_m});
+  sleep_.Wake();
+}
+
 void ClothRuntime::End(const Status& reason) {
   is_alive_ = false;
+  if (world_ != nullptr) world_->Leave(*this);
+  world_ = nullptr;
   for (ActiveRequest* request : turns_) request->EndWith(reason);
 }
 

@@ -11,6 +11,7 @@
 #include "server/core/ids.h"
 #include "server/scene/scene_model.h"
 #include "server/scheduler/cloth_controls.h"
+#include "server/scheduler/cloth_world.h"
 #include "server/scheduler/cost_estimate.h"
 #include "server/scheduler/frame_budget.h"
 #include "server/scheduler/sleep_watch.h"
@@ -127,6 +128,11 @@ class ClothRuntime {
   // any of its cloths is stepped again.
   void End(const Status& reason);
 
+  // It is alive: from now on it is stepped with the others of this world, until End.
+  void Join(std::shared_ptr<ClothWorld> world, uint64_t id, const Eigen::Vector3d& origin_m);
+  // Null: it is stepped by itself.
+  const std::shared_ptr<ClothWorld>& world() const { return world_; }
+
   bool is_alive() const { return is_alive_; }
   ClothHandle handle() const { return handle_; }
   const std::shared_ptr<const SceneModel>& model() const { return model_; }
@@ -216,6 +222,7 @@ class ClothRuntime {
   bool is_in_pieces_ = false;
   SleepWatch sleep_;
   std::deque<ActiveRequest*> turns_;
+  std::shared_ptr<ClothWorld> world_;
   PublishedProgress published_;
 };
 

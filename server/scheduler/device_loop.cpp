@@ -80,8 +80,8 @@ std::optional<int64_t> DeviceLoop::RunRound() {
     GiveAnswers();
     return std::nullopt;
   }
-  const bool is_long = parts.size() == 1 && parts[0].cloths.size() == 1 &&
-                       IsLong(*parts[0].request->work().cloths[parts[0].cloths[0]]);
+  const bool is_long =
+      parts.size() == 1 && parts[0].units == 1 && IsLong(*parts[0].request, parts[0].cloths);
   int64_t batch_us = 0;
   {
     trace::Span span("batch");
@@ -159,8 +159,10 @@ std::optional<int64_t> DeviceLoop::RestUntil_us() const {
   return rest_us;
 }
 
-bool DeviceLoop::IsLong(const ClothRuntime& cloth) const {
-  return cloth.ExpectedCost_us(rate_) > static_cast<double>(settings_.batch_budget_us);
+bool DeviceLoop::IsLong(const ActiveRequest& request, std::span<const uint32_t> unit) const {
+  double expected_us = 0;
+  for (const uint32_t k : unit) expected_us += request.work().cloths[k]->ExpectedCost_us(rate_);
+  return expected_us > static_cast<double>(settings_.batch_budget_us);
 }
 
 bool DeviceLoop::MustWait(const ActiveRequest& request) const {
@@ -171,8 +173,7 @@ bool DeviceLoop::MustWait(const ActiveRequest& request) const {
       long_steps_.size() < kMaxLongSteps &&
       std::none_of(long_steps_.begin(), long_steps_.end(),
                    [&](const auto& entry) { return entry.first->session() == request.session(); });
-  return !has_room && request.cloths_to_step() > 0 &&
-         IsLong(*request.work().cloths[request.NextCloth()]);
+  return !has_room && request.units_to_step() > 0 && IsLong(request, request.NextUnit());
 }
 
 std::vector<DeviceLoop::Part> DeviceLoop::SelectParts() {
@@ -196,7 +197,7 @@ std::vector<DeviceLoop::Part> DeviceLoop::SelectParts() {
   std::vector<Part> parts;
   for (const BatchTake& take : choice.takes) {
     ActiveRequest* request = requests[take.request];
-    parts.push_back({request, request->Take(take.cloth_count, round_)});
+    parts.push_back({request, request->Take(take.count, round_), take.count});
   }
   return parts;
 }
@@ -204,23 +205,42 @@ std::vector<DeviceLoop::Part> DeviceLoop::SelectParts() {
 std::vector<StepItem> DeviceLoop::ItemsOf(const std::vector<Part>& parts) const {
   std::vector<StepItem> items;
   for (const Part& part : parts) {
-    for (const uint32_t k : part.cloths) {
-      ClothRuntime& cloth = *part.request->work().cloths[k];
-      StepItem item;
-      item.cloth = cloth.handle();
-      item.max_iterations = cloth.budget().Cap();
-      if (!cloth.is_faulted()) {
-        cloth.controls().SetTargets(cloth.now().time_s, cloth.NextTime_s(), item);
-        if (ActsOnCloth(cloth.controls(), item)) cloth.sleep().Wake();
-      }
-      if (cloth.sleep().is_asleep()) continue;
-      item.measure = part.request->IsMeasured(k) || cloth.sleep().decides_next();
-      item.impulses =
-          part.request->AsksImpulses(k) || (has_impulses_ && cloth.sleep().decides_next());
-      items.push_back(item);
+    const auto& cloths = part.request->work().cloths;
+    std::span<const uint32_t> rest = part.cloths;
+    while (!rest.empty()) {
+      const ClothWorld* const world = cloths[rest[0]]->world().get();
+      const size_t count = world == nullptr ? 1 : world->members().size();
+      AddItems(*part.request, rest.first(count), items);
+      rest = rest.subspan(count);
     }
   }
   return items;
+}
+
+void DeviceLoop::AddItems(const ActiveRequest& request, std::span<const uint32_t> unit,
+                          std::vector<StepItem>& items) const {
+  const size_t first = items.size();
+  const ClothWorld* const world = request.work().cloths[unit[0]]->world().get();
+  bool must_wake = world != nullptr && !world->AreWatchesAlike();
+  for (size_t n = 0; n < unit.size(); ++n) {
+    ClothRuntime& cloth = *request.work().cloths[unit[n]];
+    StepItem& item = items.emplace_back();
+    item.cloth = cloth.handle();
+    item.max_iterations = cloth.budget().Cap();
+    if (world != nullptr) item.world = {world->number(), world->members()[n].origin_m};
+    if (cloth.is_faulted()) continue;
+    cloth.controls().SetTargets(cloth.now().time_s, cloth.NextTime_s(), item);
+    must_wake |= ActsOnCloth(cloth.controls(), item);
+  }
+  for (size_t n = 0; n < unit.size(); ++n) {
+    ClothRuntime& cloth = *request.work().cloths[unit[n]];
+    if (must_wake && !cloth.is_faulted()) cloth.sleep().Wake();
+    StepItem& item = items[first + n];
+    item.measure = request.IsMeasured(unit[n]) || cloth.sleep().decides_next();
+    item.impulses =
+        request.AsksImpulses(unit[n]) || (has_impulses_ && cloth.sleep().decides_next());
+  }
+  if (request.work().cloths[unit[0]]->sleep().is_asleep()) items.resize(first);
 }
 
 bool DeviceLoop::RunsAhead() const {
@@ -251,31 +271,32 @@ int64_t DeviceLoop::StepBatch(const std::vector<Part>& parts) {
 
 int64_t DeviceLoop::StepPiece(const std::vector<Part>& parts) {
   ActiveRequest* const request = parts[0].request;
-  const uint32_t k = parts[0].cloths[0];
-  const std::shared_ptr<ClothRuntime>& cloth = request->work().cloths[k];
+  const std::vector<uint32_t>& unit = parts[0].cloths;
+  std::vector<std::shared_ptr<ClothRuntime>> cloths;
+  for (const uint32_t k : unit) cloths.push_back(request->work().cloths[k]);
   GiveAnswers();
   ++counters_.long_step_pieces;
   // The backend may have dropped what was begun, because something was written to the cloth.
-  const auto [step, begins] = long_steps_.try_emplace(request, LongStep{cloth, 0});
-  if (!begins) cloth->controls().SendAgain();
+  const auto [step, begins] = long_steps_.try_emplace(request, LongStep{cloths, 0});
+  for (size_t k = 0; !begins && k < cloths.size(); ++k) cloths[k]->controls().SendAgain();
   const std::vector<StepItem> items = ItemsOf(parts);
   const int64_t begin_us = clock_.NowUs();
   std::optional<BatchReport> batch = BatchReport{};
   if (!items.empty()) {
     const trace::Span span("step_piece");
-    batch = backend_.StepPiece(items[0],
-                               Pause::At(std::chrono::steady_clock::now() +
-                                         std::chrono::microseconds(settings_.batch_budget_us)));
+    batch =
+        backend_.StepPiece(items, Pause::At(std::chrono::steady_clock::now() +
+                                            std::chrono::microseconds(settings_.batch_budget_us)));
   }
   const double spent_us = step->second.spent_us;
-  cloth->SetInPieces(!batch.has_value());
+  for (const auto& cloth : cloths) cloth->SetInPieces(!batch.has_value());
   if (batch.has_value()) {
     long_steps_.erase(step);
     return EndBatch(parts, *std::move(batch), begin_us, spent_us);
   }
   const int64_t end_us = clock_.NowUs();
   step->second.spent_us += static_cast<double>(end_us - begin_us);
-  request->TakeAgain(k);
+  request->TakeAgain(unit[0]);
   BatchReport piece;
   piece.device_us = end_us - begin_us;
   request->AddBatch(piece, 1, 1, begin_us, end_us);
@@ -287,14 +308,16 @@ int64_t DeviceLoop::StepPiece(const std::vector<Part>& parts) {
 void DeviceLoop::DropLongStep(ActiveRequest* request) {
   const auto step = long_steps_.find(request);
   if (step == long_steps_.end()) return;
-  ClothRuntime& cloth = *step->second.cloth;
-  cloth.SetInPieces(false);
-  if (cloth.is_alive()) {
-    backend_.AbandonStep(cloth.handle());
-    cloth.controls().SendAgain();
+  double work = 0;
+  for (const std::shared_ptr<ClothRuntime>& cloth : step->second.cloths) {
+    work += StepWorkOf(*cloth);
+    cloth->SetInPieces(false);
+    if (!cloth->is_alive()) continue;
+    backend_.AbandonStep(cloth->handle());
+    cloth->controls().SendAgain();
   }
   // As a whole: who gives up again and again is to gain nothing.
-  rates_.Charge(request->work().tenant, StepWorkOf(cloth));
+  rates_.Charge(request->work().tenant, work);
   long_steps_.erase(step);
 }
 
@@ -403,6 +426,11 @@ void DeviceLoop::LookAtCloths(const std::vector<Part>& parts) {
     }
   }
   if (!cloths.empty()) look();
+  for (const Part& part : parts) {
+    for (const uint32_t k : part.cloths) {
+      if (const auto& world = part.request->work().cloths[k]->world()) world->LevelWatches();
+    }
+  }
 }
 
 void DeviceLoop::BeginViews(Answers& ended) {

@@ -98,13 +98,17 @@ class DeviceLoop {
   struct Part {
     ActiveRequest* request = nullptr;
     std::vector<uint32_t> cloths;  // indices into its work
+    uint32_t units = 0;            // that these are
   };
   std::vector<Part> SelectParts();
-  // Whether the next step of the cloth is done in pieces.
-  bool IsLong(const ClothRuntime& cloth) const;
+  // Whether the next step of these cloths, one or those of a world, is done in pieces.
+  bool IsLong(const ActiveRequest& request, std::span<const uint32_t> unit) const;
   // Whether the request must wait: its next step is long, and too many such steps are under way.
   bool MustWait(const ActiveRequest& request) const;
-  // One item per cloth that is awake; wakes those on which something acts.
+  // Adds an item per cloth that is awake, of one cloth or those of a world; wakes them if something
+  // acts on one.
+  void AddItems(const ActiveRequest& request, std::span<const uint32_t> unit,
+                std::vector<StepItem>& items) const;
   std::vector<StepItem> ItemsOf(const std::vector<Part>& parts) const;
   // Whether the device works while the host does something else.
   bool RunsAhead() const;
@@ -112,7 +116,7 @@ class DeviceLoop {
   int64_t CostOf(const BatchReport& batch, int64_t wall_us) const;
   // Returns its duration [us].
   int64_t StepBatch(const std::vector<Part>& parts);
-  // The same for a single cloth whose step is long: one piece of it.
+  // The same for a single cloth, or world, whose step is long: one piece of it.
   int64_t StepPiece(const std::vector<Part>& parts);
   // What follows a batch: steps are complete, requests know what it took. `spent_us`: what earlier
   // pieces of the step have cost. Returns the batch's duration [us].
@@ -164,7 +168,7 @@ class DeviceLoop {
   SolveRate rate_;
   // A step that is done in pieces; a session has one at most, because each holds working memory.
   struct LongStep {
-    std::shared_ptr<ClothRuntime> cloth;
+    std::vector<std::shared_ptr<ClothRuntime>> cloths;  // one, or those of a world
     double spent_us = 0;
   };
   std::unordered_map<ActiveRequest*, LongStep> long_steps_;

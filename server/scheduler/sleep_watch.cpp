@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <tuple>
 #include <utility>
 #include <variant>
 
@@ -71,6 +72,18 @@ void SleepWatch::Wake() {
   state_.report = {};  // of pins and colliders that may be others now
 }
 
+void SleepWatch::Wait(uint64_t patience) {
+  Wake();
+  state_.patience = patience;
+}
+
+bool SleepWatch::IsAsFarAs(const SleepWatch& other) const {
+  const State& a = state_;
+  const State& b = other.state_;
+  return std::tie(a.is_asleep, a.wants_look, a.is_watching, a.steps, a.looks, a.patience) ==
+         std::tie(b.is_asleep, b.wants_look, b.is_watching, b.steps, b.looks, b.patience);
+}
+
 uint64_t SleepWatch::NextLook() const {
   if (!state_.is_watching) return state_.patience;
   const double steps =
@@ -102,9 +115,7 @@ void SleepWatch::Look(const ScalarColumn& positions_m, size_t first_row, size_t 
   if (!state_.is_watching) {
     BeginWatch(positions_m, first_row, row_count);
   } else if (HasMoved(positions_m, first_row)) {
-    const uint64_t patience = std::min(2 * state_.patience, kMostPatience * stride_);
-    Wake();
-    state_.patience = patience;
+    Wait(std::min(2 * state_.patience, kMostPatience * stride_));
   } else if (++state_.looks == kSleepLooks.size()) {
     state_.is_asleep = true;
     state_.begin_m = {};

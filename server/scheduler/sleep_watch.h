@@ -34,7 +34,12 @@ class SleepWatch {
   // Something acts on the cloth: it is awake, and a new watch begins.
   void Wake();
 
+  // Wakes, and does not watch for so many steps.
+  void Wait(uint64_t patience);
+
   const State& state() const { return state_; }
+  // Whether the next looks of both are due at the same time, and mean the same.
+  bool IsAsFarAs(const SleepWatch& other) const;
   // Whether a watch of a cloth of so many particles, on a backend of this precision, can be so.
   static bool IsPossible(const State& state, ScalarType scalar, uint32_t particle_count);
   // Goes on from `state`, which IsPossible.

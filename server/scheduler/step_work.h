@@ -108,6 +108,8 @@ struct StepOutcome {
   //   FAILED_PRECONDITION STEP_MISMATCH: expected_step or until_step does not fit; nothing moved
   //   FAILED_PRECONDITION PIN_NOT_FOUND, CONSTRAINT_NOT_FOUND, COLLIDER_NOT_FOUND: a control names
   //     a pin, a constraint or a collider that the cloth no longer has
+  //   FAILED_PRECONDITION WORLD_INCOMPLETE: cloths of a world are missing, or one has joined it;
+  //     WORLD_FAULTED: some of its cloths are faulted and others are not
   //   RESOURCE_EXHAUSTED: the device has no room for driven rest lengths or moving colliders
   //   INVALID_ARGUMENT: until_step is more than max_steps_per_request steps away
   //   NOT_FOUND CLOTH_NOT_FOUND: a cloth was deleted before or during the request

@@ -77,6 +77,7 @@ Status ClothMaker::MakeOne(Backend& backend, const ClothCopy& copy) {
       ClothDescription{described, model, copy.parameters, pins_, plan_, creation_.map_charges});
   made_.push_back(
       std::make_shared<ClothRecord>(placement, copy.transform, std::move(description), copy.start));
+  made_.back()->world = creation_.world;
   const std::vector<Eigen::Vector3d> starts_m = PositionsOfPins(*model, state);
   made_.back()->runtime->Begin(handle, model, on_device.settings,
                                ShiftOf(*model, copy.parameters, placement), starts_m,

@@ -19,7 +19,7 @@ class ClothMaker {
   // steps it (BackendDescription::plan_of).
   ClothMaker(ClothCreation creation, std::shared_ptr<const SceneModel> model, std::string plan);
 
-  size_t copy_count() const { return creation_.copies.size(); }
+  const ClothCreation& creation() const { return creation_; }
   const std::shared_ptr<const SceneModel>& model() const { return model_; }
   const std::string& plan() const { return plan_; }
   // Creates copies [begin, end) on the backend. After an error, earlier copies remain.

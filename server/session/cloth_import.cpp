@@ -21,6 +21,7 @@ Status ImportMaker::MakeOne(Backend& backend, const SavedCloth& from) {
       std::make_shared<ClothRecord>(from.placement, from.transform, from.description, from.start));
   ClothRecord& cloth = *made_.back();
   cloth.id = from.id;  // until it gets another one
+  cloth.world = from.world;
   const std::vector<Eigen::Vector3d> pins_m = from.runtime.pins.At(from.runtime.progress.time_s);
   cloth.runtime->Begin(handle, description.model, on_device.settings,
                        ShiftOf(*description.model, description.parameters, from.placement), pins_m,

@@ -46,6 +46,7 @@ struct ClothCreation {
   // Exactly the model's pins, any order; targets in the environment frame, the same for every copy.
   std::vector<Pin> pins;
   std::vector<ClothCopy> copies;  // at least one
+  std::string world{};            // cloths of the same name touch each other; empty: none
   MapCharges map_charges{};       // for the copies' colliders; filled in by Session::CreateCloths
 };
 
@@ -132,6 +133,7 @@ class ClothRecord {
   ClothId id;
   std::string session_name;
   uint64_t creation_number = 0;  // ascending in order of creation, per server
+  std::string world;             // ClothCreation::world
 
   // Constant.
   const Placement placement;

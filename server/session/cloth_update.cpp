@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <optional>
+#include <set>
 #include <string>
 #include <utility>
 
@@ -158,6 +159,26 @@ size_t TakeBack(Backend& backend, std::span<const std::shared_ptr<ClothRecord>> 
   return ended;
 }
 
+// Other settings are for all cloths of a world.
+Status CheckWholeWorlds(std::span<const std::shared_ptr<ClothRecord>> cloths,
+                        const ClothChange& change) {
+  if (!change.settings) return Status::Ok();
+  std::set<const ClothRuntime*> named;
+  for (const auto& cloth : cloths) named.insert(cloth->runtime.get());
+  for (const auto& cloth : cloths) {
+    const std::shared_ptr<ClothWorld>& world = cloth->runtime->world();
+    if (world == nullptr) continue;
+    for (const ClothWorld::Member& member : world->members()) {
+      if (named.contains(member.cloth)) continue;
+      return Status::InvalidField(
+          "spec.settings", "all cloths of a world have the same settings: also name cloth " +
+                               std::to_string(member.id) + ", which is in the world of cloth " +
+                               std::to_string(cloth->id.Packed()));
+    }
+  }
+  return Status::Ok();
+}
+
 }  // namespace
 
 Status UpdateOnDevice(Backend& backend, std::span<const std::shared_ptr<ClothRecord>> cloths,
@@ -168,6 +189,7 @@ Status UpdateOnDevice(Backend& backend, std::span<const std::shared_ptr<ClothRec
     if (!cloth->runtime->is_alive()) return ClothNotFound(cloth->id);
     handles.push_back(cloth->runtime->handle());
   }
+  DRAPE_RETURN_IF_ERROR(CheckWholeWorlds(cloths, change));
   StateColumns state;
   if (change.pins) state = backend.Read({handles, true, false});
   std::vector<PlannedUpdate> plans;

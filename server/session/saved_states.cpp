@@ -24,6 +24,12 @@ bool HaveSameParticles(const SceneModel& a, const SceneModel& b) {
          std::ranges::equal(a.triangles(), b.triangles());
 }
 
+// Of cloths in no world any will do.
+bool HasSettingsOf(const ClothRecord& cloth, const SavedCloth& from) {
+  return cloth.world.empty() ||
+         cloth.description()->parameters.settings == from.description->parameters.settings;
+}
+
 // What the backend must be told beside the particles.
 ClothUpdate UpdateTo(const SavedCloth& from, const ClothRecord& cloth) {
   const ClothDescription& description = *from.description;
@@ -89,6 +95,7 @@ Status SaveOnDevice(Backend& backend, std::span<const std::shared_ptr<ClothRecor
   for (const auto& cloth : cloths) {
     SavedCloth& entry = saved.cloths.emplace_back();
     entry = {.id = cloth->id,
+             .world = cloth->world,
              .placement = cloth->placement,
              .transform = cloth->transform,
              .start = cloth->described_start(),
@@ -122,12 +129,19 @@ Status CheckLoads(const ClothRecord& cloth, const SavedCloth& from, const std::s
   if (present->parameters.max_grips != from.description->parameters.max_grips) {
     return refuse("it has another max_grips");
   }
+  if (!HasSettingsOf(cloth, from)) {
+    return refuse("it had other settings, and all cloths of a world have the same");
+  }
   return Status::Ok();
 }
 
 Status LoadOnDevice(Backend& backend, ClothRecord& cloth, const SavedCloth& from) {
   ClothRuntime& runtime = *cloth.runtime;
   if (!runtime.is_alive()) return ClothNotFound(cloth.id);
+  if (!HasSettingsOf(cloth, from)) {
+    return Status::InvalidField("cloth_ids", "cloth " + std::to_string(cloth.id.Packed()) +
+                                                 " of a world has got other settings meanwhile");
+  }
   DRAPE_RETURN_IF_ERROR(backend.Write(runtime.handle(), UpdateTo(from, cloth)));
   const ClothDescription& description = *from.description;
   runtime.SetModel(description.model);

@@ -20,6 +20,7 @@ namespace drape {
 // A cloth as it was between two steps: enough to go on with the same bits. Immutable.
 struct SavedCloth {
   ClothId id;
+  std::string world{};  // ClothRecord::world
   Placement placement{};
   RigidTransform transform{};
   std::shared_ptr<const ClearStart> start{};  // ClothRecord::described_start
@@ -47,7 +48,8 @@ Status SaveOnDevice(Backend& backend, std::span<const std::shared_ptr<ClothRecor
                     ByteBudget& budget, const std::string& owner, SavedStates& saved);
 
 // Whether `cloth` can become `from`: the same particles at the same place of its environment, and
-// as many grips. INVALID_ARGUMENT (`field`) tells why not. Any thread.
+// as many grips; in a world also the same settings, which all its cloths have. INVALID_ARGUMENT
+// (`field`) tells why not. Any thread.
 Status CheckLoads(const ClothRecord& cloth, const SavedCloth& from, const std::string& field);
 
 // The cloth becomes `from`, which CheckLoads has accepted: particles, step, time, controls under

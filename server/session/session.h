@@ -1,6 +1,7 @@
 // One session: the cloths of one client, and the operations on them.
 #pragma once
 
+#include <atomic>
 #include <functional>
 #include <map>
 #include <memory>
@@ -44,6 +45,7 @@ struct SessionCommons {
       ByteBudget::Limit{"max_saved_bytes_per_owner", limits.max_saved_bytes / 4},
       ByteBudget::Limit{"max_saved_bytes", limits.max_saved_bytes}, 0);
   TenantQuota tenants{limits.per_tenant};
+  std::atomic<uint64_t> worlds{0};  // made so far
   ModelCache models;
   DistanceMapCache maps;
 };
@@ -110,7 +112,8 @@ class Session : public std::enable_shared_from_this<Session> {
   DistanceMapCache& maps() { return commons_->maps; }
 
   // Creates all the copies or none. RESOURCE_EXHAUSTED (QUOTA_EXCEEDED) names the limit;
-  // RESOURCE_EXHAUSTED of the backend when the device is full.
+  // RESOURCE_EXHAUSTED of the backend when the device is full. INVALID_ARGUMENT for cloths that
+  // cannot be in their world.
   void CreateCloths(ClothCreation creation, std::function<void(Result<CreatedCloths>)> done);
   // For validate_only: checks the quota as CreateCloths does and creates nothing. `done` runs
   // before this returns.
@@ -194,8 +197,17 @@ class Session : public std::enable_shared_from_this<Session> {
   bool Publish(const ClothList& records, bool keeps_ids = false);
   void Import(std::vector<SavedCloth> cloths, bool keeps_ids,
               std::function<void(Result<std::vector<ClothId>>)> done);
+  // Whether their worlds can be made anew.
+  Status CheckImportedWorlds(const std::vector<SavedCloth>& cloths) const;
   // Whether every cloth can have its id back.
   Status CheckReturn(const std::vector<SavedCloth>& cloths) const;
+  // Whether cloths of this model, with these settings, can be in the world.
+  Status CheckWorld(const std::string& world, const SceneModel& model,
+                    std::span<const StepSettings* const> settings) const;
+  // Of the cloths that are there; null: none is. mutex_ held.
+  std::shared_ptr<const ClothRecord> FirstOfWorld(const std::string& world) const;
+  // The cloths, which are published, enter their worlds. Device thread.
+  void JoinWorlds(const ClothList& cloths);
   // Publishes the cloths of a creation that ended with `status`.
   Result<CreatedCloths> PublishMade(const ClothMaker& maker, const Status& status);
   // Removes the cloths from this session and the table. Returns those that were still there.
@@ -223,6 +235,8 @@ class Session : public std::enable_shared_from_this<Session> {
   mutable std::mutex mutex_;
   std::map<uint64_t, std::shared_ptr<ClothRecord>> cloths_;          // by creation number
   std::map<std::string, std::shared_ptr<const SavedStates>> saved_;  // by name
+  // By name, as long as a cloth is in it.
+  std::map<std::string, std::weak_ptr<ClothWorld>> worlds_;
   uint64_t cloth_quota_used_ = 0;
   uint64_t particle_quota_used_ = 0;
   bool is_closed_ = false;

@@ -40,6 +40,12 @@ Status Session::CheckSelfCollision(bool touches_itself) const {
 
 namespace {
 
+std::vector<const StepSettings*> SettingsOf(const ClothCreation& creation) {
+  std::vector<const StepSettings*> settings;
+  for (const ClothCopy& copy : creation.copies) settings.push_back(&copy.parameters.settings);
+  return settings;
+}
+
 bool TouchesItself(const ClothCreation& creation) {
   return std::ranges::any_of(creation.copies, [](const ClothCopy& copy) {
     return copy.parameters.self_collision.has_value();
@@ -52,6 +58,11 @@ void Session::CreateCloths(ClothCreation creation,
                            std::function<void(Result<CreatedCloths>)> done) {
   DRAPE_CHECK(!creation.copies.empty(), "at least one copy");
   if (const Status status = CheckSelfCollision(TouchesItself(creation)); !status.ok()) {
+    done(status);
+    return;
+  }
+  if (const Status status = CheckWorld(creation.world, *creation.model, SettingsOf(creation));
+      !status.ok()) {
     done(status);
     return;
   }
@@ -100,9 +111,13 @@ void Session::CreateCloths(ClothCreation creation,
 
 Result<CreatedCloths> Session::PublishMade(const ClothMaker& maker, const Status& status) {
   DRAPE_RETURN_IF_ERROR(status);
+  // Again, because others may have entered the world since.
+  DRAPE_RETURN_IF_ERROR(
+      CheckWorld(maker.creation().world, *maker.model(), SettingsOf(maker.creation())));
   if (!Publish(maker.made())) {
     return Status(StatusCode::kNotFound, "SESSION_NOT_FOUND", "the session has ended");
   }
+  JoinWorlds(maker.made());
   CreatedCloths created;
   created.model = maker.model();
   created.plan = maker.plan();
@@ -112,6 +127,7 @@ Result<CreatedCloths> Session::PublishMade(const ClothMaker& maker, const Status
 
 void Session::CheckCloths(ClothCreation creation, std::function<void(Result<CreatedCloths>)> done) {
   Status status = CheckSelfCollision(TouchesItself(creation));
+  if (status.ok()) status = CheckWorld(creation.world, *creation.model, SettingsOf(creation));
   if (status.ok()) status = map_quota_->Charge(MapsOf(creation)).status();
   if (status.ok()) {
     const std::lock_guard lock(mutex_);

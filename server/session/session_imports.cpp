@@ -28,6 +28,24 @@ Status Session::Adopt(std::vector<SavedCloth>& cloths) {
   return Status::Ok();
 }
 
+Status Session::CheckImportedWorlds(const std::vector<SavedCloth>& cloths) const {
+  std::map<std::string, std::vector<const StepSettings*>> settings;
+  for (const SavedCloth& cloth : cloths) {
+    if (cloth.world.empty()) continue;
+    settings[cloth.world].push_back(&cloth.description->parameters.settings);
+    DRAPE_RETURN_IF_ERROR(
+        CheckWorld(cloth.world, *cloth.description->model, settings[cloth.world]));
+  }
+  const std::lock_guard lock(mutex_);
+  for (const auto& [world, its] : settings) {
+    if (FirstOfWorld(world) == nullptr) continue;
+    return Status::InvalidField("world", "the session has a world '" + world +
+                                             "' already, in which the cloths would meet those "
+                                             "that are there: import them into another session");
+  }
+  return Status::Ok();
+}
+
 Status Session::CheckReturn(const std::vector<SavedCloth>& cloths) const {
   std::unordered_set<ClothId> ids;
   for (size_t k = 0; k < cloths.size(); ++k) {
@@ -54,6 +72,7 @@ void Session::Import(std::vector<SavedCloth> cloths, bool keeps_ids,
     particles += its;
     largest = std::max(largest, its);
   }
+  if (const Status status = CheckImportedWorlds(cloths); !status.ok()) return done(status);
   const size_t count = cloths.size();
   if (const Status status = ReserveQuota(count, particles); !status.ok()) return done(status);
   if (const Status status = Adopt(cloths); !status.ok()) {
@@ -69,11 +88,15 @@ void Session::Import(std::vector<SavedCloth> cloths, bool keeps_ids,
       [self = shared_from_this(), maker, keeps_ids, done, count, particles](Backend& backend,
                                                                             const Status& outcome) {
         Result<std::vector<ClothId>> answer = std::vector<ClothId>{};
+        const Status worlds = self->CheckImportedWorlds(maker->cloths());
         if (!outcome.ok()) {
           answer = outcome;
+        } else if (!worlds.ok()) {
+          answer = worlds;
         } else if (!self->Publish(maker->made(), keeps_ids)) {
           answer = Status(StatusCode::kNotFound, "SESSION_NOT_FOUND", "the session has ended");
         } else {
+          self->JoinWorlds(maker->made());
           for (const auto& cloth : maker->made()) answer->push_back(cloth->id);
         }
         if (!answer.ok()) {

@@ -25,6 +25,11 @@ struct SessionLimits {
   uint32_t max_ended_names = 4096;
 };
 
+// All cloths of a world are stepped as one piece of work.
+inline constexpr size_t kMaxClothsPerWorld = 1024;
+// Legal length of a world's name [bytes].
+inline constexpr size_t kMaxWorldNameBytes = 256;
+
 // Legal range and default of a lease [s].
 inline constexpr double kMinTtl_s = 1;
 inline constexpr double kMaxTtl_s = 86400;

@@ -46,6 +46,13 @@ struct Grip {
   Eigen::Vector3d target_m;  // where it is at the end of the step, cloth frame
 };
 
+// The place of a cloth in its world: cloths that touch each other and are stepped together.
+struct WorldPlace {
+  uint64_t world = 0;  // a number that no other world of the batch has; 0: none
+  // Of the cloth's frame in that of the world, which all cloths of the world share [m].
+  Eigen::Vector3d origin_m = Eigen::Vector3d::Zero();
+};
+
 // One cloth in a step. Pointers must stay valid during the call.
 struct StepItem {
   ClothHandle cloth;
@@ -68,7 +75,20 @@ struct StepItem {
   uint32_t max_iterations = 0;
   // Fill StepReport::impulses; only if BackendDescription::has_impulses.
   bool impulses = false;
+  // Only if BackendDescription::has_self_collision, and of cloths with triangles. All cloths of a
+  // world follow each other in the batch, in an order that is always the same; none of them is
+  // faulted, or all are. They have the same time step. All have the substeps of the one that has
+  // most, the least of their limits on sweeps, and two steps only where all have.
+  WorldPlace world{};
 };
+
+// The cloths of the first item's world, which are the first ones; 1: it is in none, or alone there.
+inline size_t WorldSize(std::span<const StepItem> items) {
+  const uint64_t world = items[0].world.world;
+  size_t count = 1;
+  while (world != 0 && count < items.size() && items[count].world.world == world) ++count;
+  return count;
+}
 
 // The limit on the sweeps per substep.
 inline uint32_t IterationsOf(const StepItem& item, const StepSettings& settings) {
@@ -134,8 +154,9 @@ struct ClothUpdate {
 // errors.
 //
 // Contract, tested on every implementation: the result of a cloth is the same bit for bit whatever
-// else is in its batch and whatever slot it has; a faulted cloth keeps its last good state and
-// never touches another one; a cloth occurs at most once in a batch.
+// else is in its batch and whatever slot it has, and so is that of a world; a faulted cloth keeps
+// its last good state and never touches another one, and so do all of its world; a cloth occurs at
+// most once in a batch.
 class Backend {
  public:
   Backend() = default;
@@ -154,14 +175,16 @@ class Backend {
 
   // One time step of every item, all at once. Faulted cloths are left as they are and reported so.
   virtual BatchReport Step(std::span<const StepItem> items) = 0;
-  // Step for one cloth whose step takes long, in pieces and with the same bits: begins it, or goes
-  // on with it, until `pause` is due; none: it paused, and to readers the cloth is as before. The
-  // item has every target (Track::SendAgain) and is otherwise the same in each piece. A Step or a
-  // Write of the cloth drops what was begun. A backend that cannot pause takes the whole step.
-  virtual std::optional<BatchReport> StepPiece(const StepItem& item, const Pause& /*pause*/) {
-    return Step({&item, 1});
+  // Step for one cloth, or one world, whose step takes long, in pieces and with the same bits:
+  // begins it, or goes on with it, until `pause` is due; none: it paused, and to readers the cloths
+  // are as before. The items have every target (Track::SendAgain) and are otherwise the same in
+  // each piece. A Step or a Write of one of the cloths drops what was begun, and so does another
+  // StepPiece of it in other company. A backend that cannot pause takes the whole step.
+  virtual std::optional<BatchReport> StepPiece(std::span<const StepItem> items,
+                                               const Pause& /*pause*/) {
+    return Step(items);
   }
-  // Drops a step that StepPiece has begun, if there is one; the cloth is as before it.
+  // Drops a step that StepPiece has begun, if there is one; the cloths are as before it.
   virtual void AbandonStep(ClothHandle /*cloth*/) {}
   virtual StateColumns Read(const ReadRequest& request) = 0;
   // Whether the next step looks for parts of the cloth that cross each other, which it then treats

@@ -50,9 +50,9 @@ struct SelfContactNumbers {
   double friction_dynamic = 0;
 };
 
-// Of a cloth with self_collision.
+// How the cloth touches itself, if it does, and other cloths of its world.
 inline SelfContactNumbers SelfContactOf(const ClothParameters& parameters) {
-  const SelfCollision& self = *parameters.self_collision;
+  const SelfCollision self = parameters.self_collision.value_or(SelfCollision{});
   const double material_m = parameters.thickness_m;
   return {.thickness_m =
               self.thickness_m.value_or(material_m > 0 ? material_m : kDefaultSelfThickness_m),

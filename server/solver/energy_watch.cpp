@@ -18,12 +18,15 @@ bool CanGetEnergy(const SceneModel& model, const ClothParameters& parameters,
 
 }  // namespace
 
+double EnergyLimit::Allowed_j(double start_kinetic_j, double start_compliant_j) const {
+  return constant_j + kMaxEnergyGain * (start_kinetic_j + start_compliant_j) +
+         lag_root_j * std::sqrt(start_kinetic_j);
+}
+
 bool EnergyLimit::IsExceeded(double gain_j, double start_kinetic_j,
                              double start_compliant_j) const {
   if (!is_watched) return false;
-  const double limit_j = constant_j + kMaxEnergyGain * (start_kinetic_j + start_compliant_j) +
-                         lag_root_j * std::sqrt(start_kinetic_j);
-  return !std::isfinite(gain_j) || gain_j > limit_j;
+  return !std::isfinite(gain_j) || gain_j > Allowed_j(start_kinetic_j, start_compliant_j);
 }
 
 EnergyLimit EnergyLimitOf(const SceneModel& model, const ClothParameters& parameters,

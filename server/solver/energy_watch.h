@@ -20,6 +20,7 @@ struct EnergyLimit {
   double constant_j = 0;
   double lag_root_j = 0;  // times the root of the kinetic energy [J^1/2]
 
+  double Allowed_j(double start_kinetic_j, double start_compliant_j = 0) const;
   // A gain that is not a finite number is too much.
   bool IsExceeded(double gain_j, double start_kinetic_j, double start_compliant_j = 0) const;
 };

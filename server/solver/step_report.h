@@ -11,7 +11,8 @@
 
 namespace drape {
 
-enum class FaultReason { kNone, kNotFinite, kRunaway };
+// kInWorld: not the cloth itself, but another one of its world.
+enum class FaultReason { kNone, kNotFinite, kRunaway, kInWorld };
 // "" , "a position or velocity is not finite", ...
 std::string_view FaultReasonText(FaultReason reason);
 
@@ -63,8 +64,9 @@ struct Measurements {
   double max_penetration_m = 0;  // max(0, -gap)
   // Largest |C + (alpha/h) Lambda| of the last substep, and contact violation.
   double max_residual_m = 0;
-  // Only with self-collision. Pairs of a vertex and a triangle or of two edges that are not farther
-  // apart than kNearPairRatio thicknesses, without those that are at rest.
+  // Of contacts with itself, where the cloth has self-collision, and with others of its world.
+  // Pairs of a vertex and a triangle or of two edges that are not farther apart than kNearPairRatio
+  // thicknesses, without those of one cloth that are as near at rest.
   uint32_t near_pairs = 0;
   // Of such pairs [m]; infinite where there is none.
   double smallest_distance_m = std::numeric_limits<double>::infinity();

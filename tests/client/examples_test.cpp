@@ -48,6 +48,7 @@ const ExampleCase kExamples[] = {
     {"rope", 1, 11, 10, 0.6},
     {"flag", 1, 925, 36 * 25 + 37 * 24 - 24, 0.2},
     {"fabrics", 3, 1024, 1984, 0.3},
+    {"five_sheets", 5, 625, 2 * 25 * 24, 0.2},
     {"skirt", 1, 1809, 5257 - 43, 0.2},
     {"mesh_drop", 1, 817, 2352, 0.5},
     {"tablecloth", 1, 2623, 61 * 42 + 60 * 43, 0.3},
@@ -148,8 +149,8 @@ TEST(ExampleFilesTest, GeneratedFilesAreWhatTheGeneratorMakes) {
   fs::copy_file(Example("meshes/skirt.obj"), folder / "meshes/skirt.obj");
   const Outcome outcome = RunProgram("make_examples", {folder.path().string()});
   ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
-  for (const char* name : {"many_cloths.json", "chain.json", "net.json", "flag.json", "skirt.json",
-                           "meshes/disc.obj"}) {
+  for (const char* name : {"many_cloths.json", "chain.json", "net.json", "flag.json",
+                           "five_sheets.json", "skirt.json", "meshes/disc.obj"}) {
     EXPECT_TRUE(ReadText(folder / name) == ReadText(Example(name)))
         << name << ": run make_examples client/examples";
   }

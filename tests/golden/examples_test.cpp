@@ -47,6 +47,9 @@ v1::Scene LoadCopies(const std::filesystem::path& file, uint32_t copies) {
   for (uint32_t copy = 0; copy < copies; ++copy) {
     const std::string y = std::to_string(-9.81 + 0.01 * copy);
     v1::Scene scene = LoadScene(file, std::vector{"environment.gravity_m_per_s2=[0," + y + ",0]"});
+    for (v1::SceneCloth& cloth : *scene.mutable_cloths()) {
+      if (!cloth.world().empty()) cloth.set_world(cloth.world() + std::to_string(copy));
+    }
     for (v1::SceneControl& control : *scene.mutable_controls()) {
       for (uint32_t& cloth : *control.mutable_cloths()) cloth += copy * cloth_count;
     }
@@ -114,6 +117,7 @@ void CheckExamples(const Width& width, const std::string& prefix, uint64_t steps
   GoldenRows rows;
   for (const std::filesystem::path& file : SceneFiles()) {
     const v1::Scene scene = LoadCopies(file, width.copies);
+    if (width.backend == "gl" && !scene.cloths(0).world().empty()) continue;  // it has no worlds
     const uint64_t all = StepCount(scene) / width.long_part;
     rows[file.stem().string()] = PlayAndHash(client, scene, steps == 0 ? all : steps);
   }

@@ -74,7 +74,7 @@ class StepPieces : public testing::TestWithParam<std::string> {
   // Pauses wherever that is possible. Between the pieces the neighbour takes a step.
   BatchReport StepInPieces(const StepItem& item) {
     for (;;) {
-      auto report = backend_.StepPiece(item, Pause::At({}));
+      auto report = backend_.StepPiece({&item, 1}, Pause::At({}));
       if (report.has_value()) return *std::move(report);
       ++pauses_;
       if (pauses_ % 16 == 1) StepAlone(backend_, neighbour_, neighbour_scene_);
@@ -121,8 +121,8 @@ TEST_P(StepPieces, ADroppedStepLeavesNothingBehind) {
       const ClothHandle plain = CreateCloth(backend_, scene);
       const ClothHandle dropped = CreateCloth(backend_, scene);
       const std::string before = ReadBits(backend_, dropped);
-      ASSERT_FALSE(
-          backend_.StepPiece({dropped, scene.pin_targets_m, true}, Pause::At({})).has_value());
+      const StepItem item{dropped, scene.pin_targets_m, true};
+      ASSERT_FALSE(backend_.StepPiece({&item, 1}, Pause::At({})).has_value());
       EXPECT_TRUE(ReadBits(backend_, dropped) == before) << scene.name << " while it is under way";
       if (how == Dropped::kAbandoned) backend_.AbandonStep(dropped);
       ClothUpdate update;
@@ -156,7 +156,7 @@ TEST_P(StepPieces, DrivenLengthsBeginWhereTheLastStepEnded) {
     ASSERT_TRUE(backend_.Write(cloths.back(), update).ok());
   }
   StepItem item{cloths[1], scene.pin_targets_m, false, longer_m};
-  ASSERT_FALSE(backend_.StepPiece(item, Pause::At({})).has_value());
+  ASSERT_FALSE(backend_.StepPiece({&item, 1}, Pause::At({})).has_value());
   backend_.AbandonStep(cloths[1]);
   for (const ClothHandle cloth : cloths) {
     item.cloth = cloth;
@@ -174,7 +174,8 @@ TEST(CpuStepPieces, HaveTheSameBitsWithAnyNumberOfThreads) {
   for (const uint32_t threads : {1u, 2u, 4u}) {
     const std::unique_ptr<Backend> backend = CreateCpuBackend({threads});
     const ClothHandle cloth = CreateCloth(*backend, scene);
-    while (!backend->StepPiece({cloth, scene.pin_targets_m}, Pause::At({})).has_value()) {
+    const StepItem item{cloth, scene.pin_targets_m};
+    while (!backend->StepPiece({&item, 1}, Pause::At({})).has_value()) {
     }
     if (expected.empty()) expected = ReadBits(*backend, cloth);
     EXPECT_TRUE(ReadBits(*backend, cloth) == expected) << threads;

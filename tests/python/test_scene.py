@@ -19,7 +19,7 @@ def run_by_drape(scene, tmp_path, address):
         return {name: states[name] for name in states.files}
 
 
-SCENES = ["chain", "linkage", "rope", "hanging_edge", "moving_colliders", "sphere_drop"]
+SCENES = ["chain", "linkage", "rope", "hanging_edge", "moving_colliders", "sphere_drop", "five_sheets"]
 
 
 @pytest.mark.parametrize("name", SCENES)

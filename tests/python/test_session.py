@@ -155,3 +155,24 @@ def test_threads_share_a_session(session):
         thread.join()
     assert all(batch.step_count.tolist() == [25, 25] for batch in batches)
     assert all(np.array_equal(batch.positions, batches[0].positions) for batch in batches)
+
+
+def test_cloths_of_a_world_rest_on_each_other(client, session):
+    def fallen(height_m, side):
+        return drape.v1.ClothSpec(
+            grid=drape.v1.Grid(columns=side, rows=side, width_m=0.3, height_m=0.3),
+            transform=drape.v1.Transform(position_m=[0, height_m, 0]),
+            material=drape.v1.Material(thickness_m=0.004),
+            environment=drape.v1.Environment(colliders=[drape.v1.Collider(
+                plane=drape.v1.Plane(point_m=[0, 0, 0], normal=[0, 1, 0]))]))
+
+    lower = session.create(fallen(0.01, 7), world="heap")
+    upper = session.create(fallen(0.02, 8), world="heap")
+    with pytest.raises(drape.FailedPrecondition, match=str(upper.ids[0])) as refused:
+        lower.step()
+    assert refused.value.reason == "WORLD_INCOMPLETE"
+    answers = session.step([upper, lower], 60, report=True)
+    assert [answer.step_count.tolist() for answer in answers] == [[60], [60]]
+    assert answers[0].reports[0].cloth_id == upper.ids[0] and answers[1].reports[0].near_pairs > 0
+    assert abs(upper.positions[0, :, 1].mean() - lower.positions[0, :, 1].mean() - 0.004) < 4e-4
+    assert session.attach(lower.ids).num == 1

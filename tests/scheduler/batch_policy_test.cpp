@@ -21,14 +21,14 @@ RunnableRequest Of(uint32_t session, uint32_t cloths, uint64_t last_round, uint3
 
 uint32_t TakenBy(const BatchChoice& choice, uint32_t request) {
   for (const BatchTake& take : choice.takes) {
-    if (take.request == request) return take.cloth_count;
+    if (take.request == request) return take.count;
   }
   return 0;
 }
 
 uint32_t Total(const BatchChoice& choice) {
   uint32_t total = 0;
-  for (const BatchTake& take : choice.takes) total += take.cloth_count;
+  for (const BatchTake& take : choice.takes) total += take.count;
   return total;
 }
 
@@ -110,8 +110,8 @@ TEST(BatchPolicy, NobodyWaitsForEver) {
       }
       ASSERT_EQ(Total(choice), std::min(waiting, limits.max_cost));
       for (const BatchTake& take : choice.takes) {
-        ASSERT_GT(take.cloth_count, 0u);
-        ASSERT_LE(take.cloth_count, requests[take.request].costs.size());
+        ASSERT_GT(take.count, 0u);
+        ASSERT_LE(take.count, requests[take.request].costs.size());
         requests[take.request].last_round = round;
       }
       for (const RunnableRequest& request : requests) {
@@ -169,8 +169,8 @@ TEST(BatchPolicy, NobodyWaitsForEverWhateverTheCosts) {
       uint64_t taken = 0;
       for (const BatchTake& take : choice.takes) {
         const auto of_request = requests[take.request].costs;
-        ASSERT_LE(take.cloth_count, of_request.size());
-        for (uint32_t k = 0; k < take.cloth_count; ++k) taken += of_request[k];
+        ASSERT_LE(take.count, of_request.size());
+        for (uint32_t k = 0; k < take.count; ++k) taken += of_request[k];
         requests[take.request].last_round = round;
       }
       ASSERT_GT(Total(choice), 0u);

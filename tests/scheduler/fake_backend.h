@@ -25,6 +25,7 @@ struct FakeItem {
   bool measure = false;
   std::vector<Eigen::Vector3d> pin_targets_m;
   uint32_t max_iterations = 0;  // as requested
+  uint64_t world = 0;           // WorldPlace::world
 };
 using FakeBatch = std::vector<FakeItem>;
 
@@ -198,7 +199,8 @@ class FakeBackend final : public DeviceBackend {
       record.push_back({item.cloth,
                         item.measure,
                         {item.pin_targets_m.begin(), item.pin_targets_m.end()},
-                        item.max_iterations});
+                        item.max_iterations,
+                        item.world.world});
       batch.reports.push_back(StepOne(item));
     }
     device_->Locked([&] { device_->batches_.push_back(std::move(record)); });
@@ -206,16 +208,16 @@ class FakeBackend final : public DeviceBackend {
   }
 
   // The time of a step passes with its last piece.
-  std::optional<BatchReport> StepPiece(const StepItem& item, const Pause&) override {
+  std::optional<BatchReport> StepPiece(std::span<const StepItem> items, const Pause&) override {
     CheckThread();
     const bool is_complete = device_->Locked([&] {
       ++device_->pieces_;
-      if (++device_->under_way_[item.cloth.slot] < device_->pieces_per_step_) return false;
-      device_->under_way_.erase(item.cloth.slot);
+      if (++device_->under_way_[items[0].cloth.slot] < device_->pieces_per_step_) return false;
+      device_->under_way_.erase(items[0].cloth.slot);
       return true;
     });
     if (!is_complete) return std::nullopt;
-    return Step({&item, 1});
+    return Step(items);
   }
   void AbandonStep(ClothHandle cloth) override {
     CheckThread();

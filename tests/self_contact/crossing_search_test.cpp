@@ -52,14 +52,14 @@ TEST(CrossingSearch, MeasuresTheSmallestDistanceOfNearPairs) {
     const bool is_above = p.x() > 0.5;
     positions.push_back(Vector3d{is_above ? 1 - p.x() : p.x(), is_above ? 0.004 : 0.0, p.z(), 0});
   }
-  const auto near = MeasureSelfContacts(surface, 0.004, positions);
+  const auto near = MeasureSelfContacts(surface, 0.004, positions)[0];
   EXPECT_EQ(near.crossings, 0u);
   EXPECT_GT(near.near_pairs, 30u);
   // Only where the halves are joined they come nearer: edges from one to the other cross above the
   // middle of each other.
   EXPECT_NEAR(near.smallest_distance_m, 0.002, 1e-5);
-  EXPECT_LT(MeasureSelfContacts(surface, 0.002, positions).near_pairs, 6u);
-  const auto flat = MeasureSelfContacts(surface, 0.004, Folded(*scene.model, 0, 1, 0, 1));
+  EXPECT_LT(MeasureSelfContacts(surface, 0.002, positions)[0].near_pairs, 6u);
+  const auto flat = MeasureSelfContacts(surface, 0.004, Folded(*scene.model, 0, 1, 0, 1))[0];
   EXPECT_EQ(flat.near_pairs, 0u);
   EXPECT_EQ(flat.smallest_distance_m, std::numeric_limits<double>::infinity());
 }

@@ -106,6 +106,7 @@ void ScenePlayer::CreateEntry(int entry) {
   v1::CreateClothsRequest request;
   *request.mutable_spec() = cloth.spec();
   request.set_count(count);
+  request.set_world(cloth.world());
   for (uint32_t copy = 0; copy < count; ++copy) {
     request.add_environment_origins_m(copy * cloth.spacing_m());
     request.add_environment_origins_m(0);

@@ -9,8 +9,11 @@
 #include <algorithm>
 #include <atomic>
 #include <chrono>
+#include <deque>
 #include <fstream>
+#include <mutex>
 #include <new>
+#include <numeric>
 #include <optional>
 #include <string>
 #include <utility>
@@ -22,9 +25,9 @@
 #include "server/solver/cpu/model/float_model.h"
 #include "server/solver/cpu/side_by_side/group_step.h"
 #include "server/solver/cpu/simd/denormals.h"
-#include "server/solver/cpu/step/measure.h"
 #include "server/solver/cpu/step/step_team.h"
 #include "server/solver/cpu/step_groups.h"
+#include "server/solver/cpu/world.h"
 #include "server/solver/self_contact/contact_surface.h"
 #include "server/solver/update_check.h"
 
@@ -94,7 +97,7 @@ class CpuBackend final : public Backend {
     Cloth cloth;
     cloth.model = models_.Get(model);
     cloth.parameters = parameters;
-    SetControls(cloth);
+    SetScheme(cloth);
     SetContactSurface(cloth);
     cloth.state = ToFloat(state, cloth.model->particle_count);
     for (const uint32_t pin : cloth.model->pins) {
@@ -105,7 +108,10 @@ class CpuBackend final : public Backend {
     return OutOfMemory();
   }
 
-  void Destroy(ClothHandle cloth) override { cloths_.Remove(cloth); }
+  void Destroy(ClothHandle cloth) override {
+    Abandon(cloths_.At(cloth));
+    cloths_.Remove(cloth);
+  }
 
   BatchReport Step(std::span<const StepItem> items) override {
     const auto start = std::chrono::steady_clock::now();
@@ -116,21 +122,27 @@ class CpuBackend final : public Backend {
     return batch;
   }
 
-  std::optional<BatchReport> StepPiece(const StepItem& item, const Pause& pause) override {
+  std::optional<BatchReport> StepPiece(std::span<const StepItem> items,
+                                       const Pause& pause) override {
     const auto start = std::chrono::steady_clock::now();
-    Cloth& cloth = cloths_.At(item.cloth);
-    if (cloth.fault != FaultReason::kNone) return Step({&item, 1});
-    if (cloth.long_step == nullptr) {
-      SetTargets(cloth, item);
-      cloth.long_step = std::make_shared<LongStep>();
+    const std::vector<Cloth*> cloths = ClothsOf(items);
+    if (cloths[0]->fault != FaultReason::kNone) return Step(items);
+    if (cloths[0]->long_step == nullptr || cloths[0]->long_step->cloths != cloths) {
+      for (size_t k = 0; k < cloths.size(); ++k) SetTargets(*cloths[k], items[k]);
+      const auto step = std::make_shared<LongStep>();
+      step->cloths = cloths;
+      step->scratches.resize(cloths.size());
+      for (Cloth* const cloth : cloths) cloth->long_step = step;
     }
-    const std::optional<StepReport> report = ContinueOnAllThreads(cloth, item, pause);
-    if (!report) return std::nullopt;
-    EndSelfContacts(cloth, *report, cloth.long_step->scratch);
-    cloth.long_step = nullptr;
-    EndStep(cloth, *report);
+    const std::shared_ptr<LongStep> step = cloths[0]->long_step;
+    if (!ContinueOnAllThreads(*step, items, pause)) return std::nullopt;
     BatchReport batch;
-    batch.reports.push_back(*report);
+    for (size_t k = 0; k < cloths.size(); ++k) {
+      batch.reports.push_back(step->progress.cloths[k].report);
+      cloths[k]->long_step = nullptr;
+      EndSelfContacts(*cloths[k], batch.reports[k], step->scratches[k]);
+      EndStep(*cloths[k], batch.reports[k]);
+    }
     batch.device_us = UsSince(start);
     return batch;
   }
@@ -171,12 +183,7 @@ class CpuBackend final : public Backend {
     if (update.pin_targets_m) {
       changed.pin_targets = ToFloat(*update.pin_targets_m, *changed.model);
     } else if (update.model) {
-      changed.pin_targets = TransferTargets({.model = cloth.model,
-                                             .parameters = {},
-                                             .controls = {},
-                                             .state = changed.state,
-                                             .pin_targets = cloth.pin_targets},
-                                            *changed.model);
+      changed.pin_targets = TransferTargets(cloth, changed.state, *changed.model);
     }
     if (update.model) changed.own_lengths.reset();
     if (update.rest_lengths_m) {
@@ -184,7 +191,7 @@ class CpuBackend final : public Backend {
     }
     if (update.collider_motions) changed.parameters.collider_motions = *update.collider_motions;
     if (update.model || update.parameters || update.rest_lengths_m) {
-      SetControls(changed);
+      SetScheme(changed);
       SetContactSurface(changed);
     }
     changed.may_cross_itself = update.may_cross_itself;
@@ -203,7 +210,7 @@ class CpuBackend final : public Backend {
 
   void SetContactSurface(Cloth& cloth) {
     cloth.contact_surface.reset();
-    if (!cloth.controls->self_contact) return;
+    if (!cloth.scheme->controls.touches_itself) return;
     cloth.contact_surface = surfaces_.Get(cloth.model->source);
   }
 
@@ -216,6 +223,7 @@ class CpuBackend final : public Backend {
   // Working memory of one thread, apart from that of others.
   struct alignas(128) ThreadScratch {
     StepScratch single;
+    std::deque<StepScratch> of_world;  // of all cloths but the first
     GroupScratch lanes;
     StepTeam alone{1};
   };
@@ -233,18 +241,47 @@ class CpuBackend final : public Backend {
     return scratch_.at(static_cast<size_t>(tbb::this_task_arena::current_thread_index()));
   }
 
+  std::vector<Cloth*> ClothsOf(std::span<const StepItem> items) {
+    std::vector<Cloth*> cloths;
+    for (const StepItem& item : items) cloths.push_back(&cloths_.At(item.cloth));
+    return cloths;
+  }
+
+  // Worlds of several cloths come first.
   std::vector<StepGroup> GroupsOf(std::span<const StepItem> items) {
+    std::vector<StepGroup> groups;
     std::vector<GroupCandidate> batch;
-    for (const StepItem& item : items) {
-      const Cloth& cloth = cloths_.At(item.cloth);
-      batch.push_back({cloth.model.get(), std::nullopt, !item.grips.empty()});
-      if (lane_count_ == 1 || !ClothFitsLanes(cloth)) continue;
-      if (item.impulses && !item.grips.empty()) continue;
-      batch.back().key.emplace(*cloth.model, *cloth.controls,
-                               IterationsOf(item, cloth.parameters.settings),
-                               HasMovingColliders(cloth.parameters), item.impulses);
+    std::vector<uint32_t> places;  // of the candidates
+    for (uint32_t k = 0; k < items.size(); ++k) {
+      if (const auto count = static_cast<uint32_t>(WorldSize(items.subspan(k))); count > 1) {
+        StepGroup& group = groups.emplace_back(count);
+        std::iota(group.begin(), group.end(), k);
+        k += count - 1;
+        continue;
+      }
+      batch.push_back(CandidateOf(items[k]));
+      places.push_back(k);
     }
-    return FormGroups(batch, lane_count_, static_cast<uint32_t>(thread_count_));
+    for (StepGroup& group : FormGroups(batch, lane_count_, static_cast<uint32_t>(thread_count_))) {
+      for (uint32_t& place : group) place = places[place];
+      groups.push_back(std::move(group));
+    }
+    return groups;
+  }
+
+  GroupCandidate CandidateOf(const StepItem& item) {
+    const Cloth& cloth = cloths_.At(item.cloth);
+    GroupCandidate candidate{cloth.model.get(), std::nullopt, !item.grips.empty()};
+    if (lane_count_ == 1 || !ClothFitsLanes(cloth)) return candidate;
+    if (item.impulses && !item.grips.empty()) return candidate;
+    candidate.key.emplace(*cloth.model, cloth.scheme->controls,
+                          IterationsOf(item, cloth.parameters.settings),
+                          HasMovingColliders(cloth.parameters), item.impulses);
+    return candidate;
+  }
+
+  static bool IsWorld(std::span<const StepItem> items, const StepGroup& group) {
+    return group.size() > 1 && WorldSize(items.subspan(group[0])) == group.size();
   }
 
   // Null for groups that one thread steps.
@@ -252,8 +289,9 @@ class CpuBackend final : public Backend {
                                                  const std::vector<StepGroup>& groups) {
     std::vector<std::unique_ptr<StepTeam>> teams(groups.size());
     for (size_t k = 0; k < groups.size() && thread_count_ > 1; ++k) {
-      const Cloth& cloth = cloths_.At(items[groups[k][0]].cloth);
-      if (groups[k].size() > 1 || cloth.model->particle_count < kMinTeamParticles) continue;
+      if (groups[k].size() > 1 && !IsWorld(items, groups[k])) continue;
+      const auto together = items.subspan(groups[k][0], groups[k].size());
+      if (LargestOf(ClothsOf(together)) < kMinTeamParticles) continue;
       teams[k] = std::make_unique<StepTeam>(static_cast<uint32_t>(thread_count_));
     }
     return teams;
@@ -308,9 +346,10 @@ class CpuBackend final : public Backend {
     const std::span<const StepItem> items = batch.items;
     std::vector<StepReport>& reports = batch.reports;
     StepTeam& alone = ScratchOfThisThread().alone;
-    if (group.size() == 1) {
+    if (group.size() == 1 || IsWorld(items, group)) {
       const TeamLead lead{batch.teams[index].get()};
-      reports[group[0]] = StepAlone(items[group[0]], lead.team != nullptr ? *lead.team : alone);
+      StepTogether(items.subspan(group[0], group.size()), lead.team != nullptr ? *lead.team : alone,
+                   std::span(reports).subspan(group[0], group.size()));
       return;
     }
     std::vector<GroupCloth> cloths;
@@ -318,7 +357,8 @@ class CpuBackend final : public Backend {
       Cloth& cloth = cloths_.At(items[k].cloth);
       SetTargets(cloth, items[k]);
       StepScratch& scratch = ScratchOfThisThread().single;
-      cloths.push_back({ContextOf(cloth, items[k], alone, scratch), items[k].measure, cloth.state});
+      cloths.push_back({ContextOf(cloth, items[k], *cloth.scheme, alone, scratch), items[k].measure,
+                        cloth.state});
     }
     StepCloths(cloths, ScratchOfThisThread().lanes);
     for (size_t lane = 0; lane < group.size(); ++lane) {
@@ -331,67 +371,95 @@ class CpuBackend final : public Backend {
     }
   }
 
-  StepReport StepAlone(const StepItem& item, StepTeam& team) {
-    Cloth& cloth = cloths_.At(item.cloth);
-    if (cloth.fault != FaultReason::kNone) {
-      const StepContext context = ContextOf(cloth, item, team, ScratchOfThisThread().single);
-      StepReport report;
-      report.fault = cloth.fault;
-      if (item.measure) report.measured = Measure(context, cloth.state, cloth.fault);
-      return report;
+  // One cloth, or all of a world.
+  void StepTogether(std::span<const StepItem> items, StepTeam& team,
+                    std::span<StepReport> reports) {
+    const std::vector<Cloth*> cloths = ClothsOf(items);
+    ThreadScratch& scratch = ScratchOfThisThread();
+    if (scratch.of_world.size() + 1 < cloths.size()) scratch.of_world.resize(cloths.size() - 1);
+    std::vector<StepScratch*> scratches{&scratch.single};
+    for (size_t k = 1; k < cloths.size(); ++k) scratches.push_back(&scratch.of_world[k - 1]);
+    const bool is_faulted = cloths[0]->fault != FaultReason::kNone;
+    if (!is_faulted) {
+      for (size_t k = 0; k < cloths.size(); ++k) SetTargets(*cloths[k], items[k]);
     }
-    SetTargets(cloth, item);
-    const StepContext context = ContextOf(cloth, item, team, ScratchOfThisThread().single);
-    const StepReport report = StepCloth(context, item.measure, cloth.state);
-    EndSelfContacts(cloth, report, context.scratch);
-    EndStep(cloth, report);
-    return report;
+    std::vector<SteppedCloth> stepped = SteppedOf(cloths, items, team, scratches);
+    if (is_faulted) return MeasureFaulted(cloths, stepped, reports);
+    StepProgress progress;
+    ContinueStep(stepped, progress, Pause::Never());
+    for (size_t k = 0; k < cloths.size(); ++k) {
+      reports[k] = progress.cloths[k].report;
+      EndSelfContacts(*cloths[k], reports[k], *scratches[k]);
+      EndStep(*cloths[k], reports[k]);
+    }
   }
 
-  // A piece of the cloth's long step. One thread leads, the others help.
-  std::optional<StepReport> ContinueOnAllThreads(Cloth& cloth, const StepItem& item,
-                                                 const Pause& pause) {
-    const bool has_team = cloth.model->particle_count >= kMinTeamParticles;
+  // A piece of a long step. One thread leads, the others help. Whether it is over.
+  bool ContinueOnAllThreads(LongStep& step, std::span<const StepItem> items, const Pause& pause) {
+    const bool has_team = LargestOf(step.cloths) >= kMinTeamParticles;
     StepTeam team(has_team ? static_cast<uint32_t>(thread_count_) : 1);
-    std::optional<StepReport> report;
+    bool is_over = false;
     std::atomic<bool> has_leader{false};
     const auto work = [&](const tbb::blocked_range<size_t>&) {
       const DenormalsAreZero denormals_are_zero;
       if (has_leader.exchange(true)) return team.Join();
       const TeamLead lead{&team};
-      LongStep& step = *cloth.long_step;
-      report = ContinueStep(ContextOf(cloth, item, team, step.scratch), item.measure, cloth.state,
-                            step.progress, pause);
+      std::vector<StepScratch*> scratches;
+      for (StepScratch& scratch : step.scratches) scratches.push_back(&scratch);
+      std::vector<SteppedCloth> stepped = SteppedOf(step.cloths, items, team, scratches);
+      is_over = ContinueStep(stepped, step.progress, pause);
     };
     arena_.execute([&] {
       tbb::parallel_for(tbb::blocked_range<size_t>(0, team.max_members(), 1), work,
                         tbb::simple_partitioner());
     });
-    return report;
+    return is_over;
   }
 
-  // Valid as long as the cloth is not changed.
-  StepContext ContextOf(Cloth& cloth, const StepItem& item, StepTeam& team, StepScratch& scratch) {
-    StepContext context = PlainContextOf(cloth, item, team, scratch);
+  // Valid as long as the cloths are not changed.
+  std::vector<SteppedCloth> SteppedOf(std::span<Cloth* const> cloths,
+                                      std::span<const StepItem> items, StepTeam& team,
+                                      std::span<StepScratch* const> scratches) {
+    std::vector<SteppedCloth> stepped;
+    if (cloths.size() == 1) {
+      const Scheme& scheme = *cloths[0]->scheme;
+      stepped.push_back({ContextOf(*cloths[0], items[0], scheme, team, *scratches[0]),
+                         items[0].measure, cloths[0]->state});
+      return stepped;
+    }
+    const std::shared_ptr<const World> world = GetWorld(cloths);
+    for (size_t k = 0; k < cloths.size(); ++k) {
+      stepped.push_back({ContextOf(*cloths[k], items[k], *world->schemes[k], team, *scratches[k]),
+                         items[k].measure, cloths[k]->state});
+    }
+    EnterWorld(*world, items, stepped);
+    return stepped;
+  }
+
+  // Kept by the first cloth.
+  std::shared_ptr<const World> GetWorld(std::span<Cloth* const> cloths) {
+    const std::lock_guard lock(surfaces_mutex_);  // of the cache; several threads step worlds
+    return WorldOf(cloths, surfaces_);
+  }
+
+  StepContext ContextOf(Cloth& cloth, const StepItem& item, const Scheme& scheme, StepTeam& team,
+                        StepScratch& scratch) {
+    DRAPE_CHECK(item.grips.size() <= cloth.parameters.max_grips, "no more grips than max_grips");
+    StepContext context{*cloth.model,
+                        scheme.controls,
+                        cloth.grips.Hold(*cloth.model, cloth.pin_targets, item.grips),
+                        cloth.own_lengths ? &*cloth.own_lengths : nullptr,
+                        cloth.parameters.collider_motions,
+                        scratch,
+                        team,
+                        IterationsOf(item, cloth.parameters.settings),
+                        leaves_out_colliders_,
+                        scheme.calmer_controls ? &*scheme.calmer_controls : nullptr};
     context.contact_surface = cloth.contact_surface.get();
     context.may_cross_itself = cloth.may_cross_itself;
     context.asks_for_impulses = item.impulses;
     context.colliders = cloth.parameters.colliders;
     return context;
-  }
-  StepContext PlainContextOf(Cloth& cloth, const StepItem& item, StepTeam& team,
-                             StepScratch& scratch) {
-    DRAPE_CHECK(item.grips.size() <= cloth.parameters.max_grips, "no more grips than max_grips");
-    return {*cloth.model,
-            *cloth.controls,
-            cloth.grips.Hold(*cloth.model, cloth.pin_targets, item.grips),
-            cloth.own_lengths ? &*cloth.own_lengths : nullptr,
-            cloth.parameters.collider_motions,
-            scratch,
-            team,
-            IterationsOf(item, cloth.parameters.settings),
-            leaves_out_colliders_,
-            cloth.calmer_controls ? &*cloth.calmer_controls : nullptr};
   }
 
   const int thread_count_;
@@ -401,6 +469,7 @@ class CpuBackend final : public Backend {
   std::vector<ThreadScratch> scratch_;  // one per thread of the arena
   FloatModelCache models_;
   ContactSurfaceCache surfaces_;
+  std::mutex surfaces_mutex_;
   ClothSlots<Cloth> cloths_;
 };
 

@@ -50,26 +50,28 @@ std::vector<Vec4> ToFloat(std::span<const Eigen::Vector3d> targets, const FloatM
   return result;
 }
 
-std::vector<Vec4> TransferTargets(const Cloth& cloth, const FloatModel& new_model) {
+std::vector<Vec4> TransferTargets(const Cloth& cloth, const FloatState& state,
+                                  const FloatModel& new_model) {
   std::vector<Vec4> targets;
   const std::vector<uint32_t>& old_pins = cloth.model->pins;
   for (const uint32_t particle : new_model.pins) {
     const auto found = std::lower_bound(old_pins.begin(), old_pins.end(), particle);
     const bool was_pin = found != old_pins.end() && *found == particle;
     targets.push_back(was_pin ? cloth.pin_targets[static_cast<size_t>(found - old_pins.begin())]
-                              : cloth.state.positions[particle]);
+                              : state.positions[particle]);
   }
   return targets;
 }
 
-void SetControls(Cloth& cloth) {
-  const bool has_own_lengths = cloth.own_lengths.has_value();
-  cloth.controls.emplace(*cloth.model, cloth.parameters, has_own_lengths);
-  cloth.calmer_controls.reset();
-  if (cloth.controls->energy_limit.is_watched && HasCalmerScheme(cloth.controls->plan)) {
-    cloth.calmer_controls.emplace(*cloth.model, WithCalmerScheme(cloth.parameters),
-                                  has_own_lengths);
-  }
+Scheme::Scheme(const FloatModel& model, const ClothParameters& parameters, bool has_own_lengths)
+    : controls(model, parameters, has_own_lengths) {
+  if (!controls.energy_limit.is_watched || !HasCalmerScheme(controls.plan)) return;
+  calmer_controls.emplace(model, WithCalmerScheme(parameters), has_own_lengths);
+}
+
+void SetScheme(Cloth& cloth) {
+  cloth.scheme =
+      std::make_shared<const Scheme>(*cloth.model, cloth.parameters, cloth.own_lengths.has_value());
 }
 
 void EndSelfContacts(Cloth& cloth, const StepReport& report, const StepScratch& scratch) {
@@ -87,8 +89,11 @@ std::optional<OwnLengths> ToOwnLengths(std::span<const double> rest_lengths_m,
 
 void Abandon(Cloth& cloth) {
   if (cloth.long_step == nullptr) return;
-  cloth.long_step = nullptr;
-  if (cloth.own_lengths) cloth.own_lengths->targets = cloth.own_lengths->starts;
+  const std::shared_ptr<LongStep> step = cloth.long_step;
+  for (Cloth* const each : step->cloths) {
+    each->long_step = nullptr;
+    if (each->own_lengths) each->own_lengths->targets = each->own_lengths->starts;
+  }
 }
 
 void SetTargets(Cloth& cloth, const StepItem& item) {
@@ -108,7 +113,7 @@ void EndStep(Cloth& cloth, const StepReport& report) {
 
 bool ClothFitsLanes(const Cloth& cloth) {
   return cloth.fault == FaultReason::kNone && !cloth.own_lengths &&
-         FitsLanes(*cloth.model, *cloth.controls);
+         FitsLanes(*cloth.model, cloth.scheme->controls);
 }
 
 }  // namespace drape::cpu

@@ -13,53 +13,66 @@
 #include "server/solver/cpu/model/float_model.h"
 #include "server/solver/cpu/model/held_particles.h"
 #include "server/solver/cpu/model/own_lengths.h"
+#include "server/solver/self_contact/contact_surface.h"
 
 namespace drape::cpu {
 
+struct Cloth;
+struct World;
+
 // A step that is done in pieces, with working memory of its own.
 struct LongStep {
-  StepScratch scratch;
+  std::vector<Cloth*> cloths;  // that take part
+  std::vector<StepScratch> scratches;
   StepProgress progress;
+};
+
+// How a cloth is stepped, as follows from its model, parameters and lengths.
+struct Scheme {
+  Scheme(const FloatModel& model, const ClothParameters& parameters, bool has_own_lengths);
+
+  FloatControls controls;
+  std::optional<FloatControls> calmer_controls;  // of a watched cloth that has a calmer scheme
 };
 
 // A cloth of the backend.
 struct Cloth {
   std::shared_ptr<const FloatModel> model;
   ClothParameters parameters;
-  std::optional<FloatControls> controls;  // always set in a used slot
+  std::shared_ptr<const Scheme> scheme{};  // always set in a used slot
   FloatState state;
   std::vector<Vec4> pin_targets;  // [pin_count]
   std::optional<OwnLengths> own_lengths{};
   Grips grips{};
   FaultReason fault = FaultReason::kNone;
-  std::shared_ptr<LongStep> long_step{};           // null: none has begun
-  std::optional<FloatControls> calmer_controls{};  // of a watched cloth that has a calmer scheme
-  // Only of cloths that touch themselves.
-  std::shared_ptr<const ContactSurface> contact_surface{};
-  bool may_cross_itself = true;  // until a step has found that nothing crosses
+  std::shared_ptr<LongStep> long_step{};  // of each that takes part; null: none has begun
+  std::shared_ptr<const ContactSurface> contact_surface{};  // if it touches itself
+  bool may_cross_itself = true;  // or another cloth; until a step has found that nothing crosses
+  std::shared_ptr<const World> world{};  // of the first cloth of a world, to step it again
 };
 
 FloatState ToFloat(const ParticleState& state, uint32_t particle_count);
 std::vector<Vec4> ToFloat(std::span<const Eigen::Vector3d> targets, const FloatModel& model);
 
-// Pins that stay pins keep their targets; new ones start where their particles are.
-std::vector<Vec4> TransferTargets(const Cloth& cloth, const FloatModel& new_model);
+// The targets of the pins of `new_model`: those of pins that stay, else where `state` is.
+std::vector<Vec4> TransferTargets(const Cloth& cloth, const FloatState& state,
+                                  const FloatModel& new_model);
 
-// From its model, parameters and lengths.
-void SetControls(Cloth& cloth);
-
-void EndSelfContacts(Cloth& cloth, const StepReport& report, const StepScratch& scratch);
+// Sets its scheme. Another object each time.
+void SetScheme(Cloth& cloth);
 
 // Empty: none.
 std::optional<OwnLengths> ToOwnLengths(std::span<const double> rest_lengths_m,
                                        const FloatModel& model);
 
-// Drops a step that was done in pieces.
+// Drops a step that was done in pieces, for all that take part.
 void Abandon(Cloth& cloth);
 
 // Sets the targets of pins, lengths and colliders in a step that begins.
 void SetTargets(Cloth& cloth, const StepItem& item);
 void EndStep(Cloth& cloth, const StepReport& report);
+// Beside it, of a cloth that was not stepped in lanes.
+void EndSelfContacts(Cloth& cloth, const StepReport& report, const StepScratch& scratch);
 
 // Whether the cloth can be stepped in lanes (group_step.h).
 bool ClothFitsLanes(const Cloth& cloth);

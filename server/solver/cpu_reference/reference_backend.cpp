@@ -57,39 +57,46 @@ class ReferenceBackend final : public Backend {
   BatchReport Step(std::span<const StepItem> items) override {
     const auto start = Clock::now();
     BatchReport batch;
-    for (const StepItem& item : items) {
-      AbandonStep(item.cloth);
-      ReferenceCloth& cloth = Find(item.cloth);
-      SetTargets(cloth, item);
-      batch.reports.push_back(
-          StepReferenceCloth(cloth, AskedBy(item), IterationsOf(item, cloth.parameters.settings)));
+    while (!items.empty()) {
+      const std::span<const StepItem> together = items.first(WorldSize(items));
+      items = items.subspan(together.size());
+      for (const StepItem& item : together) AbandonStep(item.cloth);
+      const auto reports = *MakeStep(together)->Continue(Pause::Never());
+      batch.reports.insert(batch.reports.end(), reports.begin(), reports.end());
     }
     batch.device_us = UsSince(start);
     return batch;
   }
 
-  std::optional<BatchReport> StepPiece(const StepItem& item, const Pause& pause) override {
+  std::optional<BatchReport> StepPiece(std::span<const StepItem> items,
+                                       const Pause& pause) override {
     const auto start = Clock::now();
-    std::unique_ptr<ReferenceStep>& step = steps_under_way_[item.cloth];
-    if (step == nullptr) {
-      ReferenceCloth& cloth = Find(item.cloth);
-      SetTargets(cloth, item);
-      step = std::make_unique<ReferenceStep>(cloth, AskedBy(item),
-                                             IterationsOf(item, cloth.parameters.settings));
+    std::vector<ClothHandle> handles;
+    for (const StepItem& item : items) handles.push_back(item.cloth);
+    const auto under_way = steps_under_way_.find(handles[0]);
+    if (under_way == steps_under_way_.end() || under_way->second->cloths != handles) {
+      for (const ClothHandle handle : handles) AbandonStep(handle);
+      const auto begun = std::make_shared<LongStep>(LongStep{handles, MakeStep(items)});
+      for (const ClothHandle handle : handles) steps_under_way_[handle] = begun;
     }
-    const std::optional<StepReport> report = step->Continue(pause);
-    if (!report) return std::nullopt;
-    steps_under_way_.erase(item.cloth);
     BatchReport batch;
-    batch.reports.push_back(*report);
+    auto reports = steps_under_way_.at(handles[0])->step->Continue(pause);
+    if (!reports) return std::nullopt;
+    for (const ClothHandle handle : handles) steps_under_way_.erase(handle);
+    batch.reports = *std::move(reports);
     batch.device_us = UsSince(start);
     return batch;
   }
 
   void AbandonStep(ClothHandle handle) override {
-    if (steps_under_way_.erase(handle) == 0) return;
-    ReferenceCloth& cloth = Find(handle);
-    cloth.rest_length_targets_m = cloth.rest_lengths_m;
+    const auto found = steps_under_way_.find(handle);
+    if (found == steps_under_way_.end()) return;
+    const std::shared_ptr<LongStep> step = found->second;
+    for (const ClothHandle each : step->cloths) {
+      steps_under_way_.erase(each);
+      ReferenceCloth& cloth = Find(each);
+      cloth.rest_length_targets_m = cloth.rest_lengths_m;
+    }
   }
 
   StateColumns Read(const ReadRequest& request) override {
@@ -134,6 +141,36 @@ class ReferenceBackend final : public Backend {
     return std::chrono::duration_cast<std::chrono::microseconds>(Clock::now() - start).count();
   }
 
+  // A step that is done in pieces.
+  struct LongStep {
+    std::vector<ClothHandle> cloths;
+    std::unique_ptr<ReferenceStep> step;
+  };
+
+  // Of one cloth or one world, whose targets are set.
+  std::unique_ptr<ReferenceStep> MakeStep(std::span<const StepItem> items) {
+    std::vector<SteppedReference> cloths;
+    uint32_t most_sweeps = UINT32_MAX;
+    for (const StepItem& item : items) {
+      ReferenceCloth& cloth = Find(item.cloth);
+      SetTargets(cloth, item);
+      cloths.push_back({&cloth, AskedBy(item), item.world.origin_m - items[0].world.origin_m});
+      most_sweeps = std::min(most_sweeps, IterationsOf(item, cloth.parameters.settings));
+    }
+    auto surface = items.size() > 1 ? SurfaceOf(cloths) : cloths[0].cloth->contact_surface;
+    return std::make_unique<ReferenceStep>(std::move(cloths), std::move(surface), most_sweeps);
+  }
+
+  std::shared_ptr<const ContactSurface> SurfaceOf(std::span<const SteppedReference> cloths) {
+    std::vector<SurfaceMember> members;
+    for (const SteppedReference& stepped : cloths) {
+      ReferenceCloth& cloth = *stepped.cloth;
+      if (cloth.world_surface == nullptr) cloth.world_surface = surfaces_.Get(cloth.model);
+      members.push_back({cloth.world_surface.get(), cloth.contact_surface != nullptr});
+    }
+    return std::make_shared<const ContactSurface>(members);
+  }
+
   static AskedOfStep AskedBy(const StepItem& item) {
     return {.measure = item.measure, .impulses = item.impulses};
   }
@@ -155,6 +192,7 @@ class ReferenceBackend final : public Backend {
 
   void SetContactSurface(ReferenceCloth& cloth) {
     cloth.may_cross_itself = true;
+    cloth.world_surface = nullptr;
     const bool touches_itself =
         cloth.parameters.self_collision && !cloth.model->triangles().empty();
     cloth.contact_surface = touches_itself ? surfaces_.Get(cloth.model) : nullptr;
@@ -214,7 +252,7 @@ class ReferenceBackend final : public Backend {
   }
 
   std::unordered_map<ClothHandle, ReferenceCloth> cloths_;
-  std::unordered_map<ClothHandle, std::unique_ptr<ReferenceStep>> steps_under_way_;  // in pieces
+  std::unordered_map<ClothHandle, std::shared_ptr<LongStep>> steps_under_way_;
   ContactSurfaceCache surfaces_;
   ClothHandle next_handle_{.slot = 0, .generation = 1};
 };

@@ -27,9 +27,9 @@ struct ReferenceCloth {
   std::vector<double> rest_lengths_m{};
   std::vector<double> rest_length_targets_m{};
 
-  // Of a cloth that touches itself.
-  std::shared_ptr<const ContactSurface> contact_surface{};
-  bool may_cross_itself = true;  // until a step has found that nothing crosses
+  std::shared_ptr<const ContactSurface> contact_surface{};  // if it touches itself
+  std::shared_ptr<const ContactSurface> world_surface{};    // of its model, if it is in a world
+  bool may_cross_itself = true;  // or another cloth; until a step has found that nothing crosses
 
   bool has_own_lengths() const { return !rest_lengths_m.empty(); }
 };

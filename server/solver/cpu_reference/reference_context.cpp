@@ -21,22 +21,23 @@ std::vector<double> InverseMasses(const SceneModel& model, const std::vector<Gri
 
 }  // namespace
 
-StepContext::StepContext(const ReferenceCloth& cloth, const StepPlan& step_plan,
-                         const AskedOfStep& asked, uint32_t most_iterations)
-    : model(*cloth.model),
-      parameters(cloth.parameters),
+StepContext::StepContext(const SteppedReference& stepped, const ClothParameters& its_parameters,
+                         const StepPlan& step_plan, uint32_t most_iterations)
+    : model(*stepped.cloth->model),
+      parameters(its_parameters),
       plan(step_plan),
       max_iterations(most_iterations),
-      held(HeldBy(cloth)),
+      origin_m(stepped.origin_m),
+      held(HeldBy(*stepped.cloth)),
       w(InverseMasses(model, held)),
       colliders(parameters),
-      rest_lengths(model, cloth.rest_lengths_m, cloth.rest_length_targets_m),
-      state(cloth.state),
-      previous(cloth.state),
+      rest_lengths(model, stepped.cloth->rest_lengths_m, stepped.cloth->rest_length_targets_m),
+      state(stepped.cloth->state),
+      previous(stepped.cloth->state),
       base(model.particle_count()),
       u(model.particle_count()),
       a(model.particle_count()),
-      impulses(asked.impulses ? std::make_unique<ImpulseSums>(model, held, colliders.size())
-                              : nullptr) {}
+      impulses(stepped.asked.impulses ? std::make_unique<ImpulseSums>(model, held, colliders.size())
+                                      : nullptr) {}
 
 }  // namespace drape::reference

@@ -15,16 +15,17 @@
 #include "server/solver/cpu_reference/reference_constraints.h"
 #include "server/solver/cpu_reference/reference_contact.h"
 #include "server/solver/cpu_reference/reference_impulses.h"
-#include "server/solver/cpu_reference/reference_self_contacts.h"
 #include "server/solver/cpu_reference/reference_step.h"
 #include "server/solver/step_plan.h"
 
 namespace drape::reference {
 
-// One step under way. Names as in server/solver/method.md. The cloth and the plan must outlive it.
+// One step of a cloth under way. Names as in server/solver/method.md. The cloth, the parameters and
+// the plan must outlive it.
 struct StepContext {
-  StepContext(const ReferenceCloth& cloth, const StepPlan& step_plan, const AskedOfStep& asked,
-              uint32_t most_iterations);
+  // `parameters` are those of the cloth, or what its world makes of them.
+  StepContext(const SteppedReference& stepped, const ClothParameters& its_parameters,
+              const StepPlan& step_plan, uint32_t most_iterations);
 
   // From particle i to j at the end of the substep, b + h u [m].
   Eigen::Vector3d PredictedDifference(uint32_t i, uint32_t j) const {
@@ -53,8 +54,9 @@ struct StepContext {
   const ClothParameters& parameters;
   const StepPlan& plan;
   const uint32_t max_iterations;
-  const std::vector<Grip> held;  // the pins and their targets, then the grips
-  const std::vector<double> w;   // inverse masses [1/kg], 0 of what is held
+  const Eigen::Vector3d origin_m;  // of the cloth's frame in that of its world
+  const std::vector<Grip> held;    // the pins and their targets, then the grips
+  const std::vector<double> w;     // inverse masses [1/kg], 0 of what is held
 
   Substep substep;  // the one under way
   double h = 0;     // interval of its impulses [s]
@@ -70,9 +72,8 @@ struct StepContext {
   std::vector<double> lambda;                 // accumulated impulses, [constraint_count] [N s]
   std::vector<Eigen::Vector3d> joint_lambda;  // [joint_count] [N s]
   std::vector<ContactImpulse> beta;           // times w, [particle_count][collider_count] [m/s]
-  ReferenceSelfContacts self_contacts;
-  std::unique_ptr<ImpulseSums> impulses;  // null: nobody asks for them
-  std::vector<double> rebounds;           // [particle_count][collider_count] [m/s]; 0: no hit
+  std::unique_ptr<ImpulseSums> impulses;      // null: nobody asks for them
+  std::vector<double> rebounds;               // [particle_count][collider_count] [m/s]; 0: no hit
 };
 
 }  // namespace drape::reference

@@ -1,5 +1,7 @@
 #include "server/solver/cpu_reference/reference_self_contacts.h"
 
+#include <algorithm>
+
 #include "server/solver/cpu_reference/reference_stages.h"
 #include "server/solver/solver_constants.h"
 
@@ -7,113 +9,214 @@ namespace drape::reference {
 
 namespace {
 
+using Eigen::Vector3d;
 using self_contact::FromVector;
+using VectorsOf = std::vector<Vector3d>& (*)(StepContext&);
 
-std::vector<SelfVector> ToVectors(const std::vector<Eigen::Vector3d>& vectors) {
+std::vector<Vector3d>& Positions(StepContext& context) {
+  return context.state.positions_m;
+}
+std::vector<Vector3d>& Velocities(StepContext& context) {
+  return context.state.velocities_m_per_s;
+}
+std::vector<Vector3d>& PreviousPositions(StepContext& context) {
+  return context.previous.positions_m;
+}
+std::vector<Vector3d>& PreviousVelocities(StepContext& context) {
+  return context.previous.velocities_m_per_s;
+}
+std::vector<Vector3d>& Base(StepContext& context) {
+  return context.base;
+}
+std::vector<Vector3d>& MeanVelocities(StepContext& context) {
+  return context.u;
+}
+
+// Places in the frame of the world, or velocities: of all particles, cloth after cloth.
+enum class Kind { kPlaces, kVelocities };
+
+Vector3d OriginOf(const StepContext& context, Kind kind) {
+  return kind == Kind::kPlaces ? context.origin_m : Vector3d::Zero();
+}
+
+std::vector<SelfVector> Gather(StepContexts& contexts, Kind kind, VectorsOf vectors_of) {
   std::vector<SelfVector> result;
-  for (const Eigen::Vector3d& v : vectors) result.push_back(self_contact::ToVector<SelfVector>(v));
+  for (StepContext& context : contexts) {
+    const Vector3d origin = OriginOf(context, kind);
+    for (const Vector3d& v : vectors_of(context)) {
+      result.push_back(self_contact::ToVector<SelfVector>(v + origin));
+    }
+  }
   return result;
 }
 
-void Assign(const std::vector<SelfVector>& vectors, std::vector<Eigen::Vector3d>& result) {
-  for (size_t i = 0; i < vectors.size(); ++i) result[i] = FromVector(vectors[i]);
+// What contacts have changed goes back to the cloths; all else keeps its bits.
+void Scatter(const std::vector<SelfVector>& vectors, StepContexts& contexts, Kind kind,
+             VectorsOf vectors_of) {
+  auto vector = vectors.begin();
+  for (StepContext& context : contexts) {
+    const Vector3d origin = OriginOf(context, kind);
+    for (Vector3d& v : vectors_of(context)) {
+      const Vector3d after = FromVector(*vector++);
+      const Vector3d before = v + origin;
+      if (after == before) continue;
+      v = origin.isZero(0) ? after : Vector3d(v + (after - before));
+    }
+  }
 }
 
-// Those of the substep that ends.
-void TakePulls(StepContext& context) {
-  if (context.impulses == nullptr) return;
-  ReferenceSelfContacts& self = context.self_contacts;
-  for (const Grip& held : context.held) {
-    const uint32_t i = held.particle;
-    context.impulses->ToHeld(i, FromVector(self.pulls[i]));
-    context.impulses->ToHeldInMemory(i, FromVector(self.pulls_in_memory[i]));
-    self.pulls[i] = self.pulls_in_memory[i] = SelfVector{};
+// Of the cloth with the largest.
+template <class NumberOf>
+double Largest(const StepContexts& contexts, const NumberOf& number_of) {
+  double largest = 0;
+  for (const StepContext& context : contexts) largest = std::max(largest, number_of(context));
+  return largest;
+}
+
+// The mean over the particles; one cloth: its own.
+double EdgeLength(const StepContexts& contexts) {
+  if (contexts.size() == 1) return contexts[0].model.length_scale_m();
+  double sum_m = 0, particles = 0;
+  for (const StepContext& context : contexts) {
+    sum_m += context.model.particle_count() * context.model.length_scale_m();
+    particles += context.model.particle_count();
   }
+  return sum_m / particles;
 }
 
 }  // namespace
 
-bool BeginSelfContacts(StepContext& context, const ContactSurface* surface, bool may_cross) {
-  if (!context.plan.Has(StepStage::kFindSelfContacts)) return false;
-  const ClothParameters& parameters = context.parameters;
-  const SelfContactNumbers numbers = SelfContactOf(parameters);
-  ReferenceSelfContacts& self = context.self_contacts;
-  if (context.impulses != nullptr) {
-    self.pulls.assign(context.model.particle_count(), SelfVector{});
-    self.pulls_in_memory = self.pulls;
+void ReferenceSelfContacts::Begin(StepContexts& contexts, const ContactSurface* surface,
+                                  bool may_cross) {
+  surface_ = surface;
+  if (surface == nullptr) return;
+  for (const StepContext& context : contexts) {
+    const SelfContactNumbers numbers = SelfContactOf(context.parameters);
+    thicknesses_.push_back(numbers.thickness_m);
+    frictions_.push_back({numbers.friction_static, numbers.friction_dynamic});
+    inverse_masses_.insert(inverse_masses_.end(), context.w.begin(), context.w.end());
   }
+  if (std::ranges::any_of(contexts, [](const auto& its) { return its.impulses != nullptr; })) {
+    pulls_.assign(inverse_masses_.size(), SelfVector{});
+    pulls_in_memory_ = pulls_;
+  }
+  const StepContext& first = contexts[0];
   const self_contact::StepNumbers<SelfVector> step{
-      .thickness = numbers.thickness_m,
-      .friction_static = numbers.friction_static,
-      .friction_dynamic = numbers.friction_dynamic,
+      .thicknesses = {std::ranges::max(thicknesses_), thicknesses_},
+      .frictions = frictions_,
       .depenetration_speed = kMaxDepenetrationSpeed_m_per_s,
-      .gravity = parameters.gravity_m_per_s2.norm(),
-      .slowest_landing = SlowestLanding(parameters),
+      .gravity =
+          Largest(contexts, [](const auto& its) { return its.parameters.gravity_m_per_s2.norm(); }),
+      .slowest_landing =
+          Largest(contexts, [](const auto& its) { return SlowestLanding(its.parameters); }),
       .grazing_sine = kGrazingSine,
       .touch_round_offs = kTouchRoundOffs,
-      .edge_length = context.model.length_scale_m(),
-      .time_step = parameters.settings.time_step_s,
-      .substeps = context.plan.schedule.size(),
-      .has_two_steps = context.plan.solver.has_two_steps,
-      .inverse_masses = context.w,
-      .pulls = {self.pulls, self.pulls_in_memory}};
-  return context.self_contacts.contacts.Begin(*surface, step, may_cross,
-                                              ToVectors(context.state.positions_m));
+      .edge_length = EdgeLength(contexts),
+      .time_step = first.parameters.settings.time_step_s,
+      .substeps = first.plan.schedule.size(),
+      .has_two_steps = first.plan.solver.has_two_steps,
+      .inverse_masses = inverse_masses_,
+      .pulls = {pulls_, pulls_in_memory_}};
+  contacts_.Begin(*surface, step, may_cross, Gather(contexts, Kind::kPlaces, Positions));
 }
 
-void FindSelfContacts(StepContext& context) {
-  if (!context.plan.Has(StepStage::kFindSelfContacts)) return;
+bool ReferenceSelfContacts::StartsCrossing(const StepContexts& contexts, size_t index) const {
+  const std::vector<bool>& is_crossing = contacts_.is_crossing();
+  if (surface_ == nullptr || is_crossing.empty()) return false;
+  auto begin = is_crossing.begin();
+  for (size_t k = 0; k < index; ++k) begin += contexts[k].model.particle_count();
+  const auto end = begin + contexts[index].model.particle_count();
+  return std::find(begin, end, true) != end;
+}
+
+void ReferenceSelfContacts::Find(StepContexts& contexts) {
+  if (surface_ == nullptr) return;
   // Predict has not changed the state itself.
-  context.self_contacts.starts = ToVectors(context.state.positions_m);
-  context.self_contacts.contacts.Find(context.self_contacts.starts,
-                                      ToVectors(context.state.velocities_m_per_s));
+  starts_ = Gather(contexts, Kind::kPlaces, Positions);
+  contacts_.Find(starts_, Gather(contexts, Kind::kVelocities, Velocities));
 }
 
-bool SolveSelfContacts(StepContext& context) {
-  if (!context.plan.Has(StepStage::kSolveSelfContacts)) return false;
-  const std::vector<SelfVector> base = ToVectors(context.base);
-  std::vector<SelfVector> u = ToVectors(context.u);
-  const double least_change = context.plan.tolerance * context.model.length_scale_m() / context.h;
-  const bool has_changed = context.self_contacts.contacts.Solve(
-      context.self_contacts.starts.data(), base.data(), u.data(), context.h, least_change);
-  Assign(u, context.u);
+bool ReferenceSelfContacts::Solve(StepContexts& contexts) {
+  if (surface_ == nullptr) return false;
+  const std::vector<SelfVector> base = Gather(contexts, Kind::kPlaces, Base);
+  std::vector<SelfVector> u = Gather(contexts, Kind::kVelocities, MeanVelocities);
+  double least_m = contexts[0].plan.tolerance * contexts[0].model.length_scale_m();
+  for (const StepContext& context : contexts) {
+    least_m = std::min(least_m, context.plan.tolerance * context.model.length_scale_m());
+  }
+  const double h = contexts[0].h;
+  const bool has_changed = contacts_.Solve(starts_.data(), base.data(), u.data(), h, least_m / h);
+  Scatter(u, contexts, Kind::kVelocities, MeanVelocities);
   return has_changed;
 }
 
-void GuardSelfContacts(StepContext& context) {
-  if (!context.plan.Has(StepStage::kGuardSelfContacts)) return;
-  ReferenceSelfContacts& self = context.self_contacts;
-  std::vector<SelfVector> ends = ToVectors(context.state.positions_m);
-  std::vector<SelfVector> velocities = ToVectors(context.state.velocities_m_per_s);
-  std::vector<SelfVector> previous_positions = ToVectors(context.previous.positions_m);
-  std::vector<SelfVector> previous_velocities = ToVectors(context.previous.velocities_m_per_s);
-  self_contact::PlanarGuard<SelfVector>::Motion motion{.starts = self.starts,
+uint32_t ReferenceSelfContacts::SweepsAfterHits(const StepContexts& contexts) const {
+  const uint32_t asked = contexts[0].max_iterations;
+  return surface_ == nullptr ? asked : contacts_.SweepsOf(asked);
+}
+
+void ReferenceSelfContacts::Guard(StepContexts& contexts) {
+  if (surface_ == nullptr) return;
+  std::vector<SelfVector> ends = Gather(contexts, Kind::kPlaces, Positions);
+  std::vector<SelfVector> velocities = Gather(contexts, Kind::kVelocities, Velocities);
+  std::vector<SelfVector> previous_positions = Gather(contexts, Kind::kPlaces, PreviousPositions);
+  std::vector<SelfVector> previous_velocities =
+      Gather(contexts, Kind::kVelocities, PreviousVelocities);
+  const Substep& substep = contexts[0].substep;
+  self_contact::PlanarGuard<SelfVector>::Motion motion{.starts = starts_,
                                                        .ends = ends,
                                                        .velocities = velocities,
                                                        .previous_velocities = {},
                                                        .previous_positions = {},
-                                                       .inverse_masses = context.w,
-                                                       .duration = context.substep.duration_s};
-  if (context.substep.is_two_step) {
+                                                       .inverse_masses = inverse_masses_,
+                                                       .duration = substep.duration_s};
+  if (substep.is_two_step) {
     motion.previous_velocities = previous_velocities;
     motion.previous_positions = previous_positions;
   }
-  self.has_failed |= !self.contacts.Guard(motion);
-  TakePulls(context);
-  Assign(ends, context.state.positions_m);
-  Assign(velocities, context.state.velocities_m_per_s);
-  if (!context.substep.is_two_step) return;
-  Assign(previous_positions, context.previous.positions_m);
-  Assign(previous_velocities, context.previous.velocities_m_per_s);
+  has_failed_ |= !contacts_.Guard(motion);
+  TakePulls(contexts);
+  Scatter(ends, contexts, Kind::kPlaces, Positions);
+  Scatter(velocities, contexts, Kind::kVelocities, Velocities);
+  if (!substep.is_two_step) return;
+  Scatter(previous_positions, contexts, Kind::kPlaces, PreviousPositions);
+  Scatter(previous_velocities, contexts, Kind::kVelocities, PreviousVelocities);
 }
 
-void MeasureSelfContacts(const ContactSurface& surface, const ClothParameters& parameters,
-                         const ParticleState& state, Measurements& measured) {
-  const self_contact::SelfContactMeasures measures = self_contact::MeasureSelfContacts(
-      surface, SelfContactOf(parameters).thickness_m, ToVectors(state.positions_m));
-  measured.near_pairs = measures.near_pairs;
-  measured.smallest_distance_m = measures.smallest_distance_m;
-  measured.crossings = measures.crossings;
+// Those of the substep that ends.
+void ReferenceSelfContacts::TakePulls(const StepContexts& contexts) {
+  size_t first = 0;
+  for (const StepContext& context : contexts) {
+    if (context.impulses != nullptr) {
+      for (const Grip& held : context.held) {
+        const size_t i = first + held.particle;
+        context.impulses->ToHeld(held.particle, FromVector(pulls_[i]));
+        context.impulses->ToHeldInMemory(held.particle, FromVector(pulls_in_memory_[i]));
+      }
+    }
+    first += context.model.particle_count();
+  }
+  std::ranges::fill(pulls_, SelfVector{});
+  std::ranges::fill(pulls_in_memory_, SelfVector{});
+}
+
+void MeasureSelfContacts(const ContactSurface& surface, std::span<const MeasuredCloth> cloths) {
+  std::vector<SelfVector> positions;
+  std::vector<double> thicknesses;
+  for (const MeasuredCloth& cloth : cloths) {
+    for (const Vector3d& p : cloth.state->positions_m) {
+      positions.push_back(self_contact::ToVector<SelfVector>(p + cloth.origin_m));
+    }
+    thicknesses.push_back(SelfContactOf(*cloth.parameters).thickness_m);
+  }
+  const std::vector<self_contact::SelfContactMeasures> measures = self_contact::MeasureSelfContacts(
+      surface, {std::ranges::max(thicknesses), thicknesses}, positions);
+  for (size_t k = 0; k < cloths.size(); ++k) {
+    if (cloths[k].measured == nullptr) continue;
+    cloths[k].measured->near_pairs = measures[k].near_pairs;
+    cloths[k].measured->smallest_distance_m = measures[k].smallest_distance_m;
+    cloths[k].measured->crossings = measures[k].crossings;
+  }
 }
 
 }  // namespace drape::reference

@@ -1,6 +1,9 @@
-// The contacts of a cloth with itself (self_contact/), in double precision.
+// The contacts of cloths with themselves and with those of their world (self_contact/), in double
+// precision.
 #pragma once
 
+#include <deque>
+#include <span>
 #include <vector>
 
 #include "server/scene/particle_state.h"
@@ -12,21 +15,49 @@
 namespace drape::reference {
 
 struct StepContext;
+// Of one cloth, or of all of a world in its order.
+using StepContexts = std::deque<StepContext>;
 using SelfVector = self_contact::Vector3d;
 
-struct ReferenceSelfContacts {
-  self_contact::SelfContacts<SelfVector> contacts;
-  std::vector<SelfVector> starts;  // positions at the start of the substep
-  bool has_failed = false;         // pins forced the cloth through itself
+// Those of one step. `contexts` are the same in each call.
+class ReferenceSelfContacts {
+ public:
+  // Before the first substep. `surface`: of the cloth or the world; null: nothing touches.
+  void Begin(StepContexts& contexts, const ContactSurface* surface, bool may_cross);
+  // Whether parts of cloth `index` crossed something then.
+  bool StartsCrossing(const StepContexts& contexts, size_t index) const;
+  // Pins forced something through something.
+  bool has_failed() const { return has_failed_; }
+
+  // The stages of a substep.
+  void Find(StepContexts& contexts);
+  bool Solve(StepContexts& contexts);
+  // Sweeps of the substep: max_iterations, or more if the last one ended with a hard hit.
+  uint32_t SweepsAfterHits(const StepContexts& contexts) const;
+  void Guard(StepContexts& contexts);
+
+ private:
+  void TakePulls(const StepContexts& contexts);
+
+  const ContactSurface* surface_ = nullptr;
+  self_contact::SelfContacts<SelfVector> contacts_;
+  std::vector<double> thicknesses_, inverse_masses_;
+  std::vector<self_contact::FrictionNumbers<double>> frictions_;
+  std::vector<SelfVector> starts_;  // positions at the start of the substep
   // With StepContext::impulses, of a substep: self_contact::HeldPulls.
-  std::vector<SelfVector> pulls{}, pulls_in_memory{};
+  std::vector<SelfVector> pulls_, pulls_in_memory_;
+  bool has_failed_ = false;
 };
 
-// Before the first substep. Whether parts of the cloth cross each other. `surface`: of a cloth that
-// touches itself; else not used.
-bool BeginSelfContacts(StepContext& context, const ContactSurface* surface, bool may_cross);
-// What a report says of them.
-void MeasureSelfContacts(const ContactSurface& surface, const ClothParameters& parameters,
-                         const ParticleState& state, Measurements& measured);
+// One of the cloths that a report tells of.
+struct MeasuredCloth {
+  const ClothParameters* parameters;
+  const ParticleState* state;
+  Eigen::Vector3d origin_m;  // of its frame in that of its world
+  Measurements* measured;    // null: nobody asks
+};
+
+// What reports say of the contacts of one cloth, or of all of a world.
+void MeasureSelfContacts(const ContactSurface& surface, std::span<const MeasuredCloth> cloths);
 
 }  // namespace drape::reference

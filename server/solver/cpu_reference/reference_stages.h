@@ -1,5 +1,6 @@
 // The stages of a substep in their order, each in a file of its own (server/solver/method.md). A
-// stage returns at once if it has nothing to do.
+// stage returns at once if it has nothing to do. Those of contacts of cloths with themselves and
+// each other are methods of ReferenceSelfContacts.
 #pragma once
 
 #include <Eigen/Core>
@@ -32,18 +33,15 @@ void SolveElastic(StepContext& context);
 void SolveHinges(StepContext& context);
 void DampTwist(StepContext& context);
 void Tether(StepContext& context);
-void FindSelfContacts(StepContext& context);
 
 // One sweep each. They return whether an error was larger than the tolerance.
 bool SolveStrips(StepContext& context);
 bool SolveDistance(StepContext& context);
 bool SolveJoints(StepContext& context);
-bool SolveSelfContacts(StepContext& context);
 bool SolveContacts(StepContext& context);
 void Refine(StepContext& context);
 
 void Integrate(StepContext& context);
-void GuardSelfContacts(StepContext& context);
 // One sweep each over the velocities that rigid constraints forbid.
 void SolveDistanceVelocities(StepContext& context);
 void SolveJointVelocities(StepContext& context);

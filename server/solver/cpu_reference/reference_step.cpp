@@ -1,12 +1,16 @@
 #include "server/solver/cpu_reference/reference_step.h"
 
+#include <algorithm>
 #include <cmath>
-#include <limits>
+#include <deque>
+#include <span>
 #include <utility>
 
 #include "server/solver/cpu_reference/reference_measure.h"
+#include "server/solver/cpu_reference/reference_self_contacts.h"
 #include "server/solver/cpu_reference/reference_stages.h"
 #include "server/solver/energy_watch.h"
+#include "server/solver/world_settings.h"
 
 namespace drape {
 
@@ -17,11 +21,18 @@ struct Progress {
   // The part of the substep that comes next.
   enum class Part { kBeforeSweeps, kSweeps, kVelocitySweeps };
 
+  // Of one cloth.
+  struct OfCloth {
+    bool is_sweeping = true;   // in the substep under way
+    bool has_changed = false;  // something in the last sweep
+    double residual = 0;       // of the last sweeps [m]
+    StepReport report{};
+  };
+
   uint32_t substep = 0;  // under way
   Part part = Part::kBeforeSweeps;
-  uint32_t sweep = 0;   // of the part
-  double residual = 0;  // of the last sweeps [m]
-  StepReport report{};
+  uint32_t sweep = 0;  // of the part
+  std::vector<OfCloth> cloths{};
 };
 namespace {
 
@@ -58,36 +69,58 @@ void ResetImpulses(StepContext& context) {
 
 using Part = Progress::Part;
 
+// One sweep over the links and joints. Whether an error was larger than the tolerance.
+bool SweepLinks(StepContext& context, uint32_t sweep) {
+  bool has_changed = SolveStrips(context);
+  if (context.substep.is_last && sweep + 1 == context.max_iterations) Refine(context);
+  has_changed |= SolveDistance(context);
+  return has_changed | SolveJoints(context);
+}
+
 // Sweeps until none of them changes anything, at most max_iterations, and some more after hard
-// hits. False: paused.
-bool Solve(StepContext& context, Progress& progress, const Pause& pause) {
-  const double tolerance = context.plan.tolerance;
-  const auto sweeps = [&] {
-    return context.plan.Has(StepStage::kSolveSelfContacts)
-               ? context.self_contacts.contacts.SweepsOf(context.max_iterations)
-               : context.max_iterations;
-  };
+// hits. A cloth in which none does waits for those of its world, until contacts change something
+// again. False: paused.
+bool Solve(StepContexts& contexts, ReferenceSelfContacts& self_contacts, Progress& progress,
+           const Pause& pause) {
+  const auto sweeps = [&] { return self_contacts.SweepsAfterHits(contexts); };
   while (progress.sweep < sweeps()) {
-    ++progress.report.iterations;
-    bool has_changed = SolveStrips(context);
-    if (context.substep.is_last && progress.sweep + 1 == context.max_iterations) Refine(context);
-    has_changed |= SolveDistance(context);
-    has_changed |= SolveJoints(context);
-    has_changed |= SolveSelfContacts(context);
-    has_changed |= SolveContacts(context);
-    if (tolerance > 0 && !has_changed) return true;
+    for (size_t k = 0; k < contexts.size(); ++k) {
+      Progress::OfCloth& its = progress.cloths[k];
+      if (!its.is_sweeping) continue;
+      ++its.report.iterations;
+      its.has_changed = SweepLinks(contexts[k], progress.sweep);
+    }
+    const bool have_contacts_changed = self_contacts.Solve(contexts);
+    bool is_over = true;
+    for (size_t k = 0; k < contexts.size(); ++k) {
+      Progress::OfCloth& its = progress.cloths[k];
+      if (its.is_sweeping) its.has_changed |= SolveContacts(contexts[k]);
+      its.is_sweeping = contexts[k].plan.tolerance == 0 || have_contacts_changed ||
+                        (its.is_sweeping && its.has_changed);
+      is_over &= !its.is_sweeping;
+    }
+    if (is_over) return true;
     if (++progress.sweep < sweeps() && pause.IsDue()) return false;
   }
-  if (tolerance > 0) progress.report.converged = false;
+  for (size_t k = 0; k < contexts.size(); ++k) {
+    Progress::OfCloth& its = progress.cloths[k];
+    if (contexts[k].plan.tolerance > 0 && its.is_sweeping) its.report.converged = false;
+  }
   return true;
 }
 
 // No velocity along rigid links and joints is left. False: paused.
-bool SolveVelocity(StepContext& context, Progress& progress, const Pause& pause) {
-  const uint32_t sweeps = context.plan.solver.velocity_iterations;
+bool SolveVelocity(StepContexts& contexts, Progress& progress, const Pause& pause) {
+  uint32_t sweeps = 0;
+  for (const StepContext& context : contexts) {
+    sweeps = std::max(sweeps, context.plan.solver.velocity_iterations);
+  }
   while (progress.sweep < sweeps) {
-    SolveDistanceVelocities(context);
-    SolveJointVelocities(context);
+    for (StepContext& context : contexts) {
+      if (progress.sweep >= context.plan.solver.velocity_iterations) continue;
+      SolveDistanceVelocities(context);
+      SolveJointVelocities(context);
+    }
     if (++progress.sweep < sweeps && pause.IsDue()) return false;
   }
   return true;
@@ -105,51 +138,67 @@ void BeforeSweeps(StepContext& context) {
   SolveHinges(context);
   DampTwist(context);
   Tether(context);
-  FindSelfContacts(context);
-  ResetImpulses(context);
 }
 
 // One substep, or what is left of it. False: paused.
-bool Advance(StepContext& context, Progress& progress, const Pause& pause) {
+bool Advance(StepContexts& contexts, ReferenceSelfContacts& self_contacts, Progress& progress,
+             const Pause& pause) {
   if (progress.part == Part::kBeforeSweeps) {
-    BeforeSweeps(context);
+    for (StepContext& context : contexts) BeforeSweeps(context);
+    self_contacts.Find(contexts);
+    for (StepContext& context : contexts) ResetImpulses(context);
+    for (Progress::OfCloth& its : progress.cloths) its.is_sweeping = true;
     progress.part = Part::kSweeps;
     progress.sweep = 0;
   }
   if (progress.part == Part::kSweeps) {
-    if (!Solve(context, progress, pause)) return false;
-    progress.residual = Residual(context);
-    Integrate(context);
-    GuardSelfContacts(context);
+    if (!Solve(contexts, self_contacts, progress, pause)) return false;
+    for (size_t k = 0; k < contexts.size(); ++k) {
+      progress.cloths[k].residual = Residual(contexts[k]);
+      Integrate(contexts[k]);
+    }
+    self_contacts.Guard(contexts);
     progress.part = Part::kVelocitySweeps;
     progress.sweep = 0;
   }
-  if (!SolveVelocity(context, progress, pause)) return false;
-  CorrectVelocity(context);
-  Kick(context, context.substep.kick_after_s, context.state.positions_m,
-       context.state.velocities_m_per_s);
+  if (!SolveVelocity(contexts, progress, pause)) return false;
+  for (StepContext& context : contexts) {
+    CorrectVelocity(context);
+    Kick(context, context.substep.kick_after_s, context.state.positions_m,
+         context.state.velocities_m_per_s);
+  }
   progress.part = Part::kBeforeSweeps;
   return true;
 }
 
+void BeginSubstep(StepContext& context, uint32_t index) {
+  if (context.impulses != nullptr) {
+    context.impulses->SetWeights(
+        ImpulseWeightsOf(context.plan.schedule, index, context.parameters.damping_per_s));
+  }
+  context.substep = context.plan.schedule[index];
+  context.h = context.substep.interval_s;
+  context.colliders.Place(index * context.substep.duration_s,
+                          (index + 1) * context.substep.duration_s);
+}
+
 // The step but for commit and measure, or what is left of it. False: paused.
-bool DoSubsteps(StepContext& context, Progress& progress, const Pause& pause) {
-  while (progress.substep < context.plan.schedule.size()) {
+bool DoSubsteps(StepContexts& contexts, ReferenceSelfContacts& self_contacts, Progress& progress,
+                const Pause& pause) {
+  const uint32_t substeps = contexts[0].plan.schedule.size();
+  while (progress.substep < substeps) {
     if (progress.part == Part::kBeforeSweeps) {
-      if (context.impulses != nullptr) {
-        context.impulses->SetWeights(ImpulseWeightsOf(context.plan.schedule, progress.substep,
-                                                      context.parameters.damping_per_s));
-      }
-      context.substep = context.plan.schedule[progress.substep];
-      context.h = context.substep.interval_s;
-      context.colliders.Place(progress.substep * context.substep.duration_s,
-                              (progress.substep + 1) * context.substep.duration_s);
+      for (StepContext& context : contexts) BeginSubstep(context, progress.substep);
     }
-    if (!Advance(context, progress, pause)) return false;
-    if (++progress.substep < context.plan.schedule.size() && pause.IsDue()) return false;
+    if (!Advance(contexts, self_contacts, progress, pause)) return false;
+    if (++progress.substep < substeps && pause.IsDue()) return false;
   }
   // At the end of the step a pin is where it was asked to be, to the bit.
-  for (const Grip& held : context.held) context.state.positions_m[held.particle] = held.target_m;
+  for (StepContext& context : contexts) {
+    for (const Grip& held : context.held) {
+      context.state.positions_m[held.particle] = held.target_m;
+    }
+  }
   return true;
 }
 
@@ -161,120 +210,225 @@ StepPlan PlanOf(const ReferenceCloth& cloth, const ClothParameters& parameters) 
   return PlanStep(*cloth.model, parameters, LengthsOf(cloth), ScalarType::kFloat64);
 }
 
-// More than it may, or no finite number. What is held and moved does work.
-bool GainsEnergy(const StepContext& context, const ReferenceCloth& cloth, const StepPlan& plan) {
+// From the start of the step to its end, without what is held; compliance only on request.
+struct EnergyChange {
+  double start_kinetic_j = 0, gain_j = 0;
+};
+
+EnergyChange ChangeOfEnergy(const StepContext& context, const ReferenceCloth& cloth) {
   const SceneModel& model = context.model;
   const auto& [p, v] = cloth.state;
-  double start_kinetic_j = 0, gain_j = 0;
+  EnergyChange change;
   for (uint32_t i = 0; i < model.particle_count(); ++i) {
     if (context.w[i] == 0) continue;
     const Vector3d& v_end = context.state.velocities_m_per_s[i];
     const Vector3d way = context.state.positions_m[i] - p[i];
-    start_kinetic_j += model.masses_kg()[i] * v[i].squaredNorm() / 2;
-    gain_j += model.masses_kg()[i] *
-              ((v_end - v[i]).dot(v_end + v[i]) / 2 - context.parameters.gravity_m_per_s2.dot(way));
+    change.start_kinetic_j += model.masses_kg()[i] * v[i].squaredNorm() / 2;
+    change.gain_j += model.masses_kg()[i] * ((v_end - v[i]).dot(v_end + v[i]) / 2 -
+                                             context.parameters.gravity_m_per_s2.dot(way));
   }
-  const EnergyLimit limit = EnergyLimitOf(model, cloth.parameters, LengthsOf(cloth), plan);
-  if (limit.is_watched && !std::isfinite(gain_j)) return true;
-  for (const Grip& held : context.held) {
-    if (held.target_m != p[held.particle]) return false;
+  return change;
+}
+
+double CompliantEnergyOf(const SceneModel& model, const ParticleState& state) {
+  return CompliantEnergy_j(model, [&](uint32_t i) { return state.positions_m[i]; });
+}
+
+bool MovesWhatItHolds(const StepContext& context, const ReferenceCloth& cloth) {
+  return std::ranges::any_of(context.held, [&](const Grip& held) {
+    return held.target_m != cloth.state.positions_m[held.particle];
+  });
+}
+
+// Together more than they may, for one may give energy to another, or no finite number. What is
+// held and moved does work.
+bool GainEnergy(const StepContexts& contexts, std::span<const SteppedReference> cloths,
+                std::span<const EnergyLimit> limits) {
+  if (!std::ranges::all_of(limits, &EnergyLimit::is_watched)) return false;
+  double gain_j = 0, allowed_j = 0;
+  bool is_held_moved = false;
+  for (size_t k = 0; k < cloths.size(); ++k) {
+    const EnergyChange change = ChangeOfEnergy(contexts[k], *cloths[k].cloth);
+    gain_j += change.gain_j;
+    allowed_j += limits[k].Allowed_j(change.start_kinetic_j);
+    is_held_moved = is_held_moved || MovesWhatItHolds(contexts[k], *cloths[k].cloth);
   }
-  if (!limit.IsExceeded(gain_j, start_kinetic_j)) return false;
-  if (!limit.counts_compliance) return true;
-  const auto energy_of = [&](const ParticleState& state) {
-    return CompliantEnergy_j(model, [&](uint32_t i) { return state.positions_m[i]; });
-  };
-  const double start_j = energy_of(cloth.state);
-  return limit.IsExceeded(gain_j + energy_of(context.state) - start_j, start_kinetic_j, start_j);
+  if (!std::isfinite(gain_j)) return true;
+  if (is_held_moved || gain_j <= allowed_j) return false;
+  if (std::ranges::none_of(limits, &EnergyLimit::counts_compliance)) return true;
+  allowed_j = 0;
+  for (size_t k = 0; k < cloths.size(); ++k) {
+    const ReferenceCloth& cloth = *cloths[k].cloth;
+    double start_j = 0;
+    if (limits[k].counts_compliance) {
+      start_j = CompliantEnergyOf(*cloth.model, cloth.state);
+      gain_j += CompliantEnergyOf(*cloth.model, contexts[k].state) - start_j;
+    }
+    const EnergyChange change = ChangeOfEnergy(contexts[k], cloth);
+    allowed_j += limits[k].Allowed_j(change.start_kinetic_j, start_j);
+  }
+  return !std::isfinite(gain_j) || gain_j > allowed_j;
+}
+
+// The parameters of each cloth in its world.
+std::vector<ClothParameters> ParametersOf(std::span<const SteppedReference> cloths) {
+  std::vector<ClothParameters> parameters;
+  for (const SteppedReference& stepped : cloths) parameters.push_back(stepped.cloth->parameters);
+  if (cloths.size() == 1) return parameters;
+  std::vector<WorldCloth> of_world;
+  for (size_t k = 0; k < cloths.size(); ++k) {
+    of_world.push_back({cloths[k].cloth->model.get(), &parameters[k], LengthsOf(*cloths[k].cloth)});
+  }
+  const WorldSettings settings = SettingsOfWorld(of_world, ScalarType::kFloat64);
+  for (ClothParameters& its : parameters) its = InWorld(std::move(its), settings);
+  return parameters;
 }
 
 }  // namespace
 }  // namespace reference
 
-struct ReferenceStep::UnderWay {
-  UnderWay(const ReferenceCloth& cloth, const ClothParameters& parameters, const AskedOfStep& asked,
-           uint32_t max_iterations)
-      : plan(reference::PlanOf(cloth, parameters)),
-        context(cloth, plan, asked, max_iterations),
-        starts_crossing(reference::BeginSelfContacts(context, cloth.contact_surface.get(),
-                                                     cloth.may_cross_itself)) {}
+using reference::PlanOf;
 
-  const StepPlan plan;
-  reference::StepContext context;
-  const bool starts_crossing;
+struct ReferenceStep::UnderWay {
+  UnderWay(std::span<const SteppedReference> cloths, std::span<const ClothParameters> parameters,
+           const ContactSurface* surface, uint32_t max_iterations, bool is_calmer) {
+    bool may_cross = false;
+    for (size_t k = 0; k < cloths.size(); ++k) {
+      const ReferenceCloth& cloth = *cloths[k].cloth;
+      const StepPlan plan = PlanOf(cloth, parameters[k]);
+      plans.push_back(is_calmer && HasCalmerScheme(plan)
+                          ? PlanOf(cloth, WithCalmerScheme(parameters[k]))
+                          : plan);
+      contexts.emplace_back(cloths[k], parameters[k], plans[k], max_iterations);
+      may_cross |= cloth.may_cross_itself;
+    }
+    progress.cloths.resize(cloths.size());
+    self_contacts.Begin(contexts, surface, may_cross);
+    for (size_t k = 0; k < cloths.size(); ++k) {
+      starts_crossing.push_back(self_contacts.StartsCrossing(contexts, k));
+    }
+  }
+
+  std::deque<StepPlan> plans;  // they stay in place
+  reference::StepContexts contexts;
+  reference::ReferenceSelfContacts self_contacts;
+  std::vector<bool> starts_crossing;
   reference::Progress progress;
 };
 
-ReferenceStep::ReferenceStep(ReferenceCloth& cloth, const AskedOfStep& asked,
-                             uint32_t max_iterations)
-    : cloth_(cloth),
-      asked_(asked),
+ReferenceStep::ReferenceStep(std::vector<SteppedReference> cloths,
+                             std::shared_ptr<const ContactSurface> surface, uint32_t max_iterations)
+    : cloths_(std::move(cloths)),
+      surface_(std::move(surface)),
       max_iterations_(max_iterations),
-      under_way_(cloth.fault == FaultReason::kNone
-                     ? std::make_unique<UnderWay>(cloth, cloth.parameters, asked, max_iterations)
-                     : nullptr) {}
+      parameters_(reference::ParametersOf(cloths_)) {
+  if (cloths_[0].cloth->fault != FaultReason::kNone) return;
+  under_way_ =
+      std::make_unique<UnderWay>(cloths_, parameters_, surface_.get(), max_iterations_, false);
+}
 
 ReferenceStep::~ReferenceStep() = default;
 
-std::optional<StepReport> ReferenceStep::Continue(const Pause& pause) {
-  StepReport report;
-  double residual = 0;
-  double rms_motion = 0;
-  double strain_limit = std::numeric_limits<double>::infinity();  // only a step has warnings
+std::optional<std::vector<StepReport>> ReferenceStep::Continue(const Pause& pause) {
+  std::vector<StepReport> reports(cloths_.size());
   if (under_way_ != nullptr) {
-    reference::StepContext& context = under_way_->context;
-    if (!reference::DoSubsteps(context, under_way_->progress, pause)) return std::nullopt;
-    const StepPlan plan = reference::PlanOf(cloth_, cloth_.parameters);
-    if (!has_gained_energy_ && reference::GainsEnergy(context, cloth_, plan)) {
-      has_gained_energy_ = true;
-      if (HasCalmerScheme(plan)) {
-        under_way_ = std::make_unique<UnderWay>(cloth_, WithCalmerScheme(cloth_.parameters), asked_,
-                                                max_iterations_);
-        return Continue(pause);
-      }
+    if (!reference::DoSubsteps(under_way_->contexts, under_way_->self_contacts,
+                               under_way_->progress, pause)) {
+      return std::nullopt;
     }
-    report = under_way_->progress.report;
-    residual = under_way_->progress.residual;
-    report.warnings = plan.known_warnings;
+    if (!End(reports)) return Continue(pause);
+  }
+  for (size_t k = 0; k < cloths_.size(); ++k) reports[k].fault = cloths_[k].cloth->fault;
+  Measure(reports);
+  return reports;
+}
+
+bool ReferenceStep::End(std::vector<StepReport>& reports) {
+  reference::StepContexts& contexts = under_way_->contexts;
+  std::vector<StepPlan> plans;
+  std::vector<EnergyLimit> limits;
+  for (size_t k = 0; k < cloths_.size(); ++k) {
+    const ReferenceCloth& cloth = *cloths_[k].cloth;
+    plans.push_back(PlanOf(cloth, parameters_[k]));
+    limits.push_back(
+        EnergyLimitOf(*cloth.model, parameters_[k], reference::LengthsOf(cloth), plans[k]));
+  }
+  if (!has_gained_energy_ && reference::GainEnergy(contexts, cloths_, limits)) {
+    has_gained_energy_ = true;
+    if (std::ranges::any_of(plans, HasCalmerScheme)) {
+      under_way_ =
+          std::make_unique<UnderWay>(cloths_, parameters_, surface_.get(), max_iterations_, true);
+      return false;
+    }
+  }
+  bool is_good = true;
+  for (size_t k = 0; k < cloths_.size(); ++k) {
+    StepReport& report = reports[k];
+    report = under_way_->progress.cloths[k].report;
+    report.warnings = plans[k].known_warnings;
     report.warnings.energy_gained = has_gained_energy_;
-    report.warnings.starts_crossing = under_way_->starts_crossing;
-    cloth_.may_cross_itself = under_way_->starts_crossing || context.self_contacts.has_failed;
-    strain_limit = plan.strain_limit;
+    report.warnings.starts_crossing = under_way_->starts_crossing[k];
     report.warnings.not_converged = !report.converged;
-    cloth_.fault = FindFault(context.state);
-    if (cloth_.fault == FaultReason::kNone) {
-      if (asked_.measure) rms_motion = RmsMotion(cloth_.state, context.state);
-      if (context.impulses != nullptr) {
-        report.impulses = std::make_shared<StepImpulses>(
-            context.impulses->Total(cloth_.state, context.state, cloth_.parameters.gravity_m_per_s2,
-                                    cloth_.parameters.settings.time_step_s));
-      }
-      cloth_.state = context.state;  // commit
-      for (RigidMotion& motion : cloth_.parameters.collider_motions) {
-        motion = motion.After(cloth_.parameters.settings.time_step_s);
-      }
-    } else {
-      residual = 0;
+    ReferenceCloth& cloth = *cloths_[k].cloth;
+    cloth.may_cross_itself =
+        under_way_->starts_crossing[k] || under_way_->self_contacts.has_failed();
+    cloth.fault = FindFault(contexts[k].state);
+    is_good &= cloth.fault == FaultReason::kNone;
+  }
+  for (size_t k = 0; k < cloths_.size(); ++k) {
+    ReferenceCloth& cloth = *cloths_[k].cloth;
+    if (!is_good) {
+      if (cloth.fault == FaultReason::kNone) cloth.fault = FaultReason::kInWorld;
+      continue;
+    }
+    StepReport& report = reports[k];
+    const reference::StepContext& context = contexts[k];
+    if (cloths_[k].asked.measure) {
+      report.measured.max_residual_m = under_way_->progress.cloths[k].residual;
+      report.measured.rms_motion_m = RmsMotion(cloth.state, context.state);
+    }
+    const double time_step_s = cloth.parameters.settings.time_step_s;
+    if (context.impulses != nullptr) {
+      report.impulses = std::make_shared<StepImpulses>(context.impulses->Total(
+          cloth.state, context.state, cloth.parameters.gravity_m_per_s2, time_step_s));
+    }
+    cloth.state = context.state;  // commit
+    for (RigidMotion& motion : cloth.parameters.collider_motions) {
+      motion = motion.After(time_step_s);
     }
   }
-  report.fault = cloth_.fault;
-  if (asked_.measure) {
-    report.measured =
-        MeasureState(*cloth_.model, cloth_.parameters, cloth_.state, cloth_.rest_length_targets_m);
-    if (cloth_.contact_surface != nullptr) {
-      reference::MeasureSelfContacts(*cloth_.contact_surface, cloth_.parameters, cloth_.state,
-                                     report.measured);
-    }
-    report.measured.max_residual_m = residual;
-    report.measured.rms_motion_m = rms_motion;
-    report.warnings.strain_beyond_limit = report.measured.max_strain > strain_limit;
+  return true;
+}
+
+void ReferenceStep::Measure(std::vector<StepReport>& reports) const {
+  std::vector<reference::MeasuredCloth> with_contacts;
+  bool is_any_measured = false;
+  for (size_t k = 0; k < cloths_.size(); ++k) {
+    const ReferenceCloth& cloth = *cloths_[k].cloth;
+    Measurements& measured = reports[k].measured;
+    const bool is_measured = cloths_[k].asked.measure;
+    is_any_measured |= is_measured;
+    with_contacts.push_back(
+        {&cloth.parameters, &cloth.state, cloths_[k].origin_m, is_measured ? &measured : nullptr});
+    if (!is_measured) continue;
+    const double residual_m = measured.max_residual_m;
+    const double rms_motion_m = measured.rms_motion_m;
+    measured =
+        MeasureState(*cloth.model, cloth.parameters, cloth.state, cloth.rest_length_targets_m);
+    measured.max_residual_m = residual_m;
+    measured.rms_motion_m = rms_motion_m;
+    if (under_way_ == nullptr) continue;  // only a step has warnings
+    reports[k].warnings.strain_beyond_limit =
+        measured.max_strain > PlanOf(cloth, parameters_[k]).strain_limit;
   }
-  return report;
+  if (!is_any_measured || surface_ == nullptr) return;
+  reference::MeasureSelfContacts(*surface_, with_contacts);
 }
 
 StepReport StepReferenceCloth(ReferenceCloth& cloth, const AskedOfStep& asked,
                               uint32_t max_iterations) {
-  return *ReferenceStep(cloth, asked, max_iterations).Continue(Pause::Never());
+  ReferenceStep step({{&cloth, asked}}, cloth.contact_surface, max_iterations);
+  return (*step.Continue(Pause::Never()))[0];
 }
 
 }  // namespace drape

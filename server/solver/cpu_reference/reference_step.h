@@ -1,9 +1,10 @@
-// One time step of one cloth, written from the equations in server/solver/method.md.
+// One time step of one cloth, or of a world, written from the equations in server/solver/method.md.
 #pragma once
 
 #include <cstdint>
 #include <memory>
 #include <optional>
+#include <vector>
 
 #include "server/solver/cpu_reference/reference_cloth.h"
 #include "server/solver/pause.h"
@@ -17,28 +18,43 @@ struct AskedOfStep {
   bool impulses = false;  // StepReport::impulses
 };
 
-// A step of the cloth, its pins to pin_targets_m, by at most max_iterations sweeps per substep,
-// which may be done in pieces. The cloth outlives it and is changed by nobody else meanwhile.
+// One of the cloths of a step.
+struct SteppedReference {
+  ReferenceCloth* cloth = nullptr;
+  AskedOfStep asked{};
+  Eigen::Vector3d origin_m = Eigen::Vector3d::Zero();  // of its frame in that of its world
+};
+
+// A step of a cloth, or of all cloths of a world in its order: their pins to pin_targets_m, by at
+// most max_iterations sweeps per substep; it may be done in pieces. The cloths outlive it and are
+// changed by nobody else meanwhile.
 class ReferenceStep {
  public:
-  ReferenceStep(ReferenceCloth& cloth, const AskedOfStep& asked, uint32_t max_iterations);
+  // `surface`: what touches in this step; null: nothing does.
+  ReferenceStep(std::vector<SteppedReference> cloths, std::shared_ptr<const ContactSurface> surface,
+                uint32_t max_iterations);
   ~ReferenceStep();
 
-  // Begins or goes on until `pause` is due; none: it paused, and the cloth is as before. A cloth
-  // that is faulted, or becomes so, keeps its state.
-  std::optional<StepReport> Continue(const Pause& pause);
+  // Begins or goes on until `pause` is due; none: it paused, and the cloths are as before. Cloths
+  // that are faulted keep their state, and if one becomes so, all of them do. A report of each.
+  std::optional<std::vector<StepReport>> Continue(const Pause& pause);
 
  private:
   struct UnderWay;
 
-  ReferenceCloth& cloth_;
-  const AskedOfStep asked_;
+  // The end of all substeps; false: the step is to be done again by the calmer scheme.
+  bool End(std::vector<StepReport>& reports);
+  void Measure(std::vector<StepReport>& reports) const;
+
+  const std::vector<SteppedReference> cloths_;
+  const std::shared_ptr<const ContactSurface> surface_;
   const uint32_t max_iterations_;
-  bool has_gained_energy_ = false;       // once: then it is done again by the calmer scheme
-  std::unique_ptr<UnderWay> under_way_;  // null: the cloth is faulted
+  std::vector<ClothParameters> parameters_;  // of each in its world
+  bool has_gained_energy_ = false;           // once: then it is done again by the calmer scheme
+  std::unique_ptr<UnderWay> under_way_;      // null: the cloths are faulted
 };
 
-// The whole step at once.
+// The whole step of one cloth at once.
 StepReport StepReferenceCloth(ReferenceCloth& cloth, const AskedOfStep& asked,
                               uint32_t max_iterations);
 

@@ -67,7 +67,8 @@ class GlBackend final : public DeviceBackend {
   BatchReport Step(std::span<const StepItem> items) override { return StepAhead(items, nullptr); }
   BatchReport StepAhead(std::span<const StepItem> items,
                         const std::function<void()>& meanwhile) override;
-  std::optional<BatchReport> StepPiece(const StepItem& item, const Pause& pause) override;
+  std::optional<BatchReport> StepPiece(std::span<const StepItem> items,
+                                       const Pause& pause) override;
   void AbandonStep(ClothHandle handle) override;
   bool RunsAhead() const override { return device_.runs_ahead; }
   StateColumns Read(const ReadRequest& request) override { return BeginRead(request)->Take(); }
@@ -376,7 +377,10 @@ void GlBackend::StepAgain(std::span<const StepItem> items, BatchReport& report) 
   report.readback_us += calmer.readback_us;
 }
 
-std::optional<BatchReport> GlBackend::StepPiece(const StepItem& item, const Pause& pause) {
+std::optional<BatchReport> GlBackend::StepPiece(std::span<const StepItem> items,
+                                                const Pause& pause) {
+  DRAPE_CHECK(items.size() == 1, "this backend has no worlds");
+  const StepItem& item = items[0];
   device_.context->MakeCurrent();
   GlCloth& cloth = cloths_.Find(item.cloth);
   if (cloth.fault != FaultReason::kNone) return Step({&item, 1});

@@ -26,10 +26,11 @@ V LoadFour(const ScalarOf<V>* numbers) {
 }  // namespace
 
 template <class V>
-void ContactLists<V>::Begin(const ContactSurface& surface, Real thickness, Real edge_length,
-                            const std::vector<bool>& is_crossing, size_t most_pairs) {
+void ContactLists<V>::Begin(const ContactSurface& surface, const Thicknesses<Real>& thicknesses,
+                            Real edge_length, const std::vector<bool>& is_crossing,
+                            size_t most_pairs) {
   surface_ = &surface;
-  thickness_ = thickness;
+  thicknesses_ = thicknesses;
   edge_length_ = edge_length;
   is_crossing_ = &is_crossing;
   most_pairs_ = most_pairs;
@@ -134,7 +135,7 @@ void ContactLists<V>::Open(uint32_t l, Real end, const Window& window,
                            std::span<const V> positions) {
   List& list = lists_[l];
   if (end >= list.valid || (list.is_partial && !window.guards)) {
-    if (!has_begun_) search_.Begin(*surface_, positions, thickness_);
+    if (!has_begun_) search_.Begin(*surface_, positions, thicknesses_);
     has_begun_ = true;
     Remake(l, end - travels_[l]);
   }
@@ -167,15 +168,17 @@ template <class V>
 void ContactLists<V>::Remake(uint32_t l, Real least_reach) {
   List& list = lists_[l];
   live_pairs_ -= list.end - list.begin;
+  const auto [first, second] = list.patches;
+  const Real thickness = thicknesses_.Of(*surface_, first, second);
   const Real reach = std::max({std::min(static_cast<Real>(kReachSubsteps) * ways_[l],
                                         static_cast<Real>(kMaxReach) * edge_length_),
-                               static_cast<Real>(kMinReach) * thickness_,
+                               static_cast<Real>(kMinReach) * thickness,
                                static_cast<Real>(kReachMargin) * least_reach});
   const uint32_t old_begin = list.begin, old_end = list.end;
   list.begin = list.end = static_cast<uint32_t>(pairs_.size());
   list.is_partial = false;
   list.least_room = kMost;
-  const Real gap = search_.Gap(list.patches) - thickness_;
+  const Real gap = search_.Gap(list.patches) - thickness;
   if (gap > reach) {
     list.valid = travels_[l] + gap;
     return;

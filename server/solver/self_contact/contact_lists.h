@@ -37,7 +37,7 @@ class ContactLists {
 
   // A step begins, without lists. `is_crossing` [particle_count] or empty: pairs of such particles
   // are left alone.
-  void Begin(const ContactSurface& surface, Real thickness, Real edge_length,
+  void Begin(const ContactSurface& surface, const Thicknesses<Real>& thicknesses, Real edge_length,
              const std::vector<bool>& is_crossing, size_t most_pairs);
   void Clear();
   bool empty() const { return lists_.empty(); }
@@ -104,7 +104,8 @@ class ContactLists {
   void MarkPatches();
 
   const ContactSurface* surface_ = nullptr;
-  Real thickness_ = 0, edge_length_ = 0;
+  Thicknesses<Real> thicknesses_;
+  Real edge_length_ = 0;
   const std::vector<bool>* is_crossing_ = nullptr;
   size_t most_pairs_ = 0;
   std::vector<List> lists_, old_lists_;

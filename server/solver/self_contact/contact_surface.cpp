@@ -66,6 +66,110 @@ ContactSurface::ContactSurface(const SceneModel& model)
   BuildTree();
 }
 
+ContactSurface::ContactSurface(std::span<const SurfaceMember> members) {
+  neighbour_offsets_.push_back(0);
+  for (const SurfaceMember& member : members) Append(member);
+  JoinTrees(members);
+}
+
+void ContactSurface::Append(const SurfaceMember& member) {
+  const ContactSurface& from = *member.surface;
+  const auto size = [](const auto& list) { return static_cast<uint32_t>(list.size()); };
+  const auto append = [](auto& list, const auto& more) {
+    list.insert(list.end(), more.begin(), more.end());
+  };
+  const auto append_from = [](std::vector<uint32_t>& list, std::span<const uint32_t> more,
+                              uint32_t first) {
+    for (const uint32_t value : more) list.push_back(first + value);
+  };
+  const uint32_t particle = size(rest_positions_), triangle = size(triangles_), edge = size(edges_),
+                 patch = size(patches_);
+  const uint32_t patch_triangle = size(patch_triangles_), patch_edge = size(patch_edges_),
+                 patch_vertex = size(patch_vertices_), patch_corner = size(patch_corners_);
+  particle_members_.insert(particle_members_.end(), from.particle_count(), size(touches_itself_));
+  touches_itself_.push_back(member.touches_itself);
+  append(rest_positions_, from.rest_positions_);
+  append(rest_double_areas_, from.rest_double_areas_);
+  append(rest_boxes_, from.rest_boxes_);
+  for (const auto& [i, j, k] : from.triangles_) {
+    triangles_.push_back({particle + i, particle + j, particle + k});
+  }
+  for (const auto& [i, j] : from.edges_) edges_.push_back({particle + i, particle + j});
+  append_from(patch_triangles_, from.patch_triangles_, triangle);
+  append_from(patch_edges_, from.patch_edges_, edge);
+  append_from(patch_vertices_, from.patch_vertices_, particle);
+  append_from(patch_corners_, from.patch_corners_, particle);
+  for (ContactPatch its : from.patches_) {
+    for (uint32_t* const place : {&its.triangle_begin, &its.triangle_end}) *place += patch_triangle;
+    for (uint32_t* const place : {&its.edge_begin, &its.edge_end}) *place += patch_edge;
+    for (uint32_t* const place : {&its.vertex_begin, &its.vertex_end}) *place += patch_vertex;
+    for (uint32_t* const place : {&its.corner_begin, &its.corner_end}) *place += patch_corner;
+    patches_.push_back(its);
+  }
+  // What does not touch itself has no pairs with itself, hence no neighbours.
+  for (uint32_t p = 0; p < from.patches_.size(); ++p) {
+    for (uint32_t k = from.neighbour_offsets_[p];
+         member.touches_itself && k < from.neighbour_offsets_[p + 1]; ++k) {
+      ContactNeighbours its = from.neighbours_[k];
+      its.first += patch;
+      its.second += patch;
+      neighbours_.push_back(its);
+    }
+    neighbour_offsets_.push_back(size(neighbours_));
+  }
+}
+
+// Halves of the members above their own trees; children come after their parents.
+void ContactSurface::JoinTrees(std::span<const SurfaceMember> members) {
+  std::vector<uint32_t> with_patches, first_patches;
+  uint32_t patches = 0;
+  for (uint32_t m = 0; m < members.size(); ++m) {
+    if (!members[m].surface->nodes_.empty()) with_patches.push_back(m);
+    first_patches.push_back(patches);
+    patches += static_cast<uint32_t>(members[m].surface->patches_.size());
+  }
+  if (with_patches.empty()) return;
+  struct Open {
+    uint32_t node;
+    size_t begin, end;
+  };
+  nodes_.push_back({});
+  node_members_.push_back(kSeveral);
+  std::vector<Open> open = {{0, 0, with_patches.size()}};
+  while (!open.empty()) {
+    const auto [node, begin, end] = open.back();
+    open.pop_back();
+    const auto next = static_cast<uint32_t>(nodes_.size());
+    if (end - begin > 1) {
+      const size_t middle = begin + (end - begin) / 2;
+      nodes_[node] = {next, 0};
+      nodes_.insert(nodes_.end(), 2, ContactNode{});
+      node_members_.insert(node_members_.end(), 2, kSeveral);
+      open.push_back({next, begin, middle});
+      open.push_back({next + 1, middle, end});
+      continue;
+    }
+    // The root of the member is here, the rest of its tree at the end.
+    const uint32_t m = with_patches[begin];
+    const std::vector<ContactNode>& its = members[m].surface->nodes_;
+    for (size_t k = 0; k < its.size(); ++k) {
+      ContactNode moved = its[k];
+      if (moved.first_child == 0) {
+        moved.patch += first_patches[m];
+      } else {
+        moved.first_child += next - 1;
+      }
+      if (k == 0) {
+        nodes_[node] = moved;
+        node_members_[node] = m;
+      } else {
+        nodes_.push_back(moved);
+        node_members_.push_back(m);
+      }
+    }
+  }
+}
+
 void ContactSurface::FindEdges() {
   for (const auto& [i, j, k] : triangles_) {
     edges_.insert(edges_.end(), {Edge(i, j), Edge(j, k), Edge(k, i)});
@@ -257,6 +361,10 @@ void ContactSurface::BuildTree() {
 
 double ContactSurface::RestDistance_m(PairKind kind,
                                       const std::array<uint32_t, 4>& particles) const {
+  // The first corner and the last one belong to different primitives.
+  if (member_of_particle(particles[0]) != member_of_particle(particles[3])) {
+    return std::numeric_limits<double>::infinity();
+  }
   const std::array<Vector3d, 4> p = {rest_positions_[particles[0]], rest_positions_[particles[1]],
                                      rest_positions_[particles[2]], rest_positions_[particles[3]]};
   return self_contact::Length(self_contact::Closest(kind, p).difference);

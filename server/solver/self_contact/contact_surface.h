@@ -1,6 +1,7 @@
-// What of a model can touch itself: its vertices, edges and triangles, in patches and a tree.
+// What of a model, or of several, can touch: vertices, edges and triangles, in patches and a tree.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <memory>
@@ -38,10 +39,20 @@ struct ContactNode {
   uint32_t patch;        // of a leaf
 };
 
+class ContactSurface;
+
+// One of the cloths of a world.
+struct SurfaceMember {
+  const ContactSurface* surface;  // of one model
+  bool touches_itself;
+};
+
 // Constant after construction; safe to share between threads.
 class ContactSurface {
  public:
   explicit ContactSurface(const SceneModel& model);
+  // That of several cloths, particle after particle in this order. Each of them touches the others.
+  explicit ContactSurface(std::span<const SurfaceMember> members);
 
   uint32_t particle_count() const { return static_cast<uint32_t>(rest_positions_.size()); }
   std::span<const std::array<uint32_t, 3>> triangles() const { return triangles_; }
@@ -73,11 +84,28 @@ class ContactSurface {
     return Range(patch_corners_, patch.corner_begin, patch.corner_end);
   }
 
-  // Distance of the primitives of a pair in the rest shape [m].
+  // The cloths that it is of: of one, all particles and patches are those of member 0.
+  uint32_t member_count() const {
+    return std::max(1u, static_cast<uint32_t>(touches_itself_.size()));
+  }
+  uint32_t member_of_particle(uint32_t particle) const {
+    return particle_members_.empty() ? 0 : particle_members_[particle];
+  }
+  uint32_t member_of_patch(uint32_t patch) const {
+    return particle_members_.empty() ? 0 : particle_members_[patch_corners_[corner_begin(patch)]];
+  }
+  // Whether the cloths of what is below two nodes, or the one cloth of both, touch.
+  bool MayTouchBelow(uint32_t node, uint32_t other) const {
+    if (node_members_.empty() || node_members_[node] != node_members_[other]) return true;
+    return node_members_[node] == kSeveral || touches_itself_[node_members_[node]];
+  }
+
+  // Distance of the primitives of a pair in the rest shape [m]; infinite between two cloths.
   double RestDistance_m(self_contact::PairKind kind,
                         const std::array<uint32_t, 4>& particles) const;
   // Whether primitives of two patches may be nearer than `distance_m` in the rest shape.
   bool MayBeNearAtRest(uint32_t patch, uint32_t other, double distance_m) const {
+    if (member_of_patch(patch) != member_of_patch(other)) return false;
     return self_contact::AreNear(rest_boxes_[patch], rest_boxes_[other],
                                  self_contact::Splat<self_contact::Vector3d>(distance_m));
   }
@@ -85,6 +113,9 @@ class ContactSurface {
   double rest_double_area_m2(uint32_t triangle) const { return rest_double_areas_[triangle]; }
 
  private:
+  static constexpr uint32_t kSeveral = UINT32_MAX;  // a node above those of several members
+
+  uint32_t corner_begin(uint32_t patch) const { return patches_[patch].corner_begin; }
   static std::span<const uint32_t> Range(const std::vector<uint32_t>& list, uint32_t begin,
                                          uint32_t end) {
     return std::span(list).subspan(begin, end - begin);
@@ -95,6 +126,9 @@ class ContactSurface {
   void FillPatches(const std::vector<std::vector<uint32_t>>& triangles_of_patches);
   void FindNeighbours();
   void BuildTree();
+  // The same for several.
+  void Append(const SurfaceMember& member);
+  void JoinTrees(std::span<const SurfaceMember> members);
 
   std::vector<self_contact::Vector3d> rest_positions_;
   std::vector<std::array<uint32_t, 3>> triangles_;
@@ -106,6 +140,28 @@ class ContactSurface {
   std::vector<ContactNeighbours> neighbours_;
   std::vector<uint32_t> neighbour_offsets_;  // [patch_count + 1] of neighbours_, by their first
   std::vector<ContactNode> nodes_;
+  // Only of several: of each particle, node and member.
+  std::vector<uint32_t> particle_members_;
+  std::vector<uint32_t> node_members_;
+  std::vector<bool> touches_itself_;
+};
+
+// The distance at which two cloths touch: half the sum of their thicknesses.
+template <class Real>
+struct Thicknesses {
+  Real most = 0;                          // of any two [m]
+  std::span<const Real> of_members = {};  // [member_count] [m]; empty: of all of them `most`
+
+  Thicknesses() = default;
+  Thicknesses(Real of_all) : most(of_all) {}
+  Thicknesses(Real largest, std::span<const Real> each) : most(largest), of_members(each) {}
+
+  Real Of(const ContactSurface& surface, uint32_t patch, uint32_t other) const {
+    if (of_members.empty()) return most;
+    return (of_members[surface.member_of_patch(patch)] +
+            of_members[surface.member_of_patch(other)]) /
+           2;
+  }
 };
 
 // One ContactSurface per model, for as long as somebody uses it. One thread.

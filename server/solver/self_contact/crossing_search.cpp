@@ -49,7 +49,7 @@ class CrossingSearch {
   void SearchBelow(uint32_t a, uint32_t b) {
     const ContactNode& first = surface_.nodes()[a];
     const ContactNode& second = surface_.nodes()[b];
-    if (!AreNear(nodes_[a], nodes_[b], Vector3d{})) return;
+    if (!surface_.MayTouchBelow(a, b) || !AreNear(nodes_[a], nodes_[b], Vector3d{})) return;
     if (first.first_child == 0 && second.first_child == 0) {
       SearchPatches(first.patch, second.patch);
       if (a != b) SearchPatches(second.patch, first.patch);
@@ -102,27 +102,46 @@ std::vector<Crossing> FindCrossings(const ContactSurface& surface,
   return CrossingSearch(surface, positions_m).Find();
 }
 
-SelfContactMeasures MeasureSelfContacts(const ContactSurface& surface, double thickness_m,
-                                        std::span<const Vector3d> positions_m) {
-  SelfContactMeasures measures;
-  measures.crossings = static_cast<uint32_t>(FindCrossings(surface, positions_m).size());
+std::vector<SelfContactMeasures> MeasureSelfContacts(const ContactSurface& surface,
+                                                     const Thicknesses<double>& thicknesses,
+                                                     std::span<const Vector3d> positions_m) {
+  std::vector<SelfContactMeasures> measures(surface.member_count());
+  // What two cloths have counts for both.
+  const auto count = [&](uint32_t member, uint32_t other, const auto& add) {
+    add(measures[member]);
+    if (other != member) add(measures[other]);
+  };
+  for (const Crossing& crossing : FindCrossings(surface, positions_m)) {
+    count(surface.member_of_particle(surface.edges()[crossing.edge][0]),
+          surface.member_of_particle(surface.triangles()[crossing.triangle][0]),
+          [](SelfContactMeasures& its) { ++its.crossings; });
+  }
   // A search finds pairs up to its thickness, or for edges kEdgeShare of it.
-  const double near_m = kNearPairRatio * thickness_m;
+  constexpr double kSearchRatio = kNearPairRatio / kEdgeShare;
+  std::vector<double> searched;
+  for (const double thickness_m : thicknesses.of_members) {
+    searched.push_back(kSearchRatio * thickness_m);
+  }
+  const Thicknesses<double> search{kSearchRatio * thicknesses.most, searched};
   const std::vector<Vector3d> at_rest(positions_m.size());
   PatchSearch<Vector3d> patch_search;
   std::vector<PatchPair> patches;
-  patch_search.Find(surface, {positions_m, at_rest}, near_m / kEdgeShare, patches);
+  patch_search.Find(surface, {positions_m, at_rest}, search.most, patches);
   PairSearch<Vector3d> pair_search;
   std::vector<CandidatePair<Vector3d>> pairs;
-  pair_search.Begin(surface, positions_m, near_m / kEdgeShare);
+  pair_search.Begin(surface, positions_m, search);
   for (const PatchPair& two : patches) {
+    const double near_m = kNearPairRatio * thicknesses.Of(surface, two.first, two.second);
     pairs.clear();
     pair_search.Find(two, 0, pairs);
     for (const CandidatePair<Vector3d>& pair : pairs) {
       if (pair.distance > near_m) continue;
       if (surface.RestDistance_m(pair.kind, pair.particles) <= near_m) continue;
-      ++measures.near_pairs;
-      measures.smallest_distance_m = std::min(measures.smallest_distance_m, pair.distance);
+      count(surface.member_of_patch(two.first), surface.member_of_patch(two.second),
+            [&](SelfContactMeasures& its) {
+              ++its.near_pairs;
+              its.smallest_distance_m = std::min(its.smallest_distance_m, pair.distance);
+            });
     }
   }
   return measures;

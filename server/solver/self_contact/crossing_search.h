@@ -1,4 +1,4 @@
-// Edges that go through triangles of the same cloth, and what a report says of near pairs.
+// Edges that go through triangles, and what a report says of near pairs.
 #pragma once
 
 #include <cstdint>
@@ -28,8 +28,10 @@ struct SelfContactMeasures {
   uint32_t crossings = 0;
 };
 
-// For a report. Pairs that are as near in the rest shape do not count as near.
-SelfContactMeasures MeasureSelfContacts(const ContactSurface& surface, double thickness_m,
-                                        std::span<const Vector3d> positions_m);
+// For the report of each cloth, [member_count]; a pair of two cloths counts for both. Pairs that
+// are as near in the rest shape do not count as near.
+std::vector<SelfContactMeasures> MeasureSelfContacts(const ContactSurface& surface,
+                                                     const Thicknesses<double>& thicknesses,
+                                                     std::span<const Vector3d> positions_m);
 
 }  // namespace drape::self_contact

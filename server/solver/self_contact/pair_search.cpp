@@ -17,10 +17,10 @@ double TouchDistance_m(const ContactSurface& surface, PairKind kind,
 
 template <class V>
 void PairSearch<V>::Begin(const ContactSurface& surface, std::span<const V> positions,
-                          Real thickness) {
+                          const Thicknesses<Real>& thicknesses) {
   surface_ = &surface;
   positions_ = positions;
-  thickness_ = thickness;
+  thicknesses_ = thicknesses;
   ++state_;
   const size_t patches = surface.patches().size();
   box_states_.resize(patches, 0);
@@ -131,6 +131,7 @@ void PairSearch<V>::Find(const PatchPair& patches, Real reach,
   const auto [first, second] = patches;
   pairs_ = &pairs;
   reach_ = reach;
+  thickness_ = thicknesses_.Of(*surface_, first, second);
   margin_ = Splat<V>(thickness_ + reach);
   const ContactNeighbours* const neighbours = surface_->Neighbours(first, second);
   may_be_near_at_rest_ =

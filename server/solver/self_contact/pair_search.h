@@ -42,7 +42,8 @@ class PairSearch {
   using Real = ScalarOf<V>;
 
   // The state in which to search, until the next one. `positions` [particle_count] [m].
-  void Begin(const ContactSurface& surface, std::span<const V> positions, Real thickness);
+  void Begin(const ContactSurface& surface, std::span<const V> positions,
+             const Thicknesses<Real>& thicknesses);
 
   // Primitives without a common vertex of the two patches are no nearer than this [m].
   Real Gap(const PatchPair& patches);
@@ -68,7 +69,7 @@ class PairSearch {
 
   const ContactSurface* surface_ = nullptr;
   std::span<const V> positions_;
-  Real thickness_ = 0;
+  Thicknesses<Real> thicknesses_;
   // What is known of patches in this state.
   uint64_t state_ = 0;
   std::vector<uint64_t> box_states_, shape_states_;  // of each patch: the last state it is of
@@ -78,7 +79,7 @@ class PairSearch {
   // Of the two patches that are searched.
   NearPrimitives first_, second_;
   FilteredList<std::array<uint32_t, 4>> near_boxes_;  // pairs with boxes near each other
-  Real reach_ = 0;
+  Real thickness_ = 0, reach_ = 0;
   V margin_{};
   bool may_be_near_at_rest_ = false;
   std::vector<CandidatePair<V>>* pairs_ = nullptr;

@@ -74,6 +74,7 @@ void PatchSearch<V>::SearchTree() {
   open_[count++] = {0, 0};
   while (count > 0 && pairs_->size() <= most_pairs_) {
     const auto [a, b] = open_[--count];
+    if (!surface_->MayTouchBelow(a, b)) continue;
     const uint32_t child_a = nodes[a].first_child, child_b = nodes[b].first_child;
     if (a == b) {
       if (child_a == 0) continue;

@@ -46,7 +46,9 @@ bool SelfContacts<V>::Begin(const ContactSurface& surface, const StepNumbers<V>&
   is_crossing_.clear();
   active_.clear();
   active_lists_.clear();
-  lists_.Begin(surface, numbers.thickness, numbers.edge_length, is_crossing_,
+  has_friction_ = std::ranges::any_of(numbers.frictions,
+                                      [](const auto& friction) { return friction.statics > 0; });
+  lists_.Begin(surface, numbers.thicknesses, numbers.edge_length, is_crossing_,
                kMostPairsPerParticle * surface.particle_count());
   normal_substeps_ = 1 + static_cast<uint32_t>(static_cast<Real>(kNormalAge_s) / substep_s_);
   if (!may_cross) return false;
@@ -120,12 +122,12 @@ void SelfContacts<V>::Search(std::span<const V> positions, std::span<const V> ve
   since_search_ = 0;
   const Real duration = static_cast<Real>(substeps_left_) * substep_s_;
   drift_ =
-      drift_scale_ * (static_cast<Real>(kDriftThickness) * numbers_.thickness +
+      drift_scale_ * (static_cast<Real>(kDriftThickness) * numbers_.thicknesses.most +
                       static_cast<Real>(kDriftEdge) * numbers_.edge_length +
                       static_cast<Real>(kDriftFall / 2) * numbers_.gravity * duration * duration);
   has_all_patches_ =
       search_.Find(*surface_, {found_positions_, found_velocities_, duration, drift_},
-                   numbers_.thickness, patch_pairs_);
+                   numbers_.thicknesses.most, patch_pairs_);
   if (!has_all_patches_) patch_pairs_.clear();
   const std::span<const uint32_t> places = lists_.Replace(patch_pairs_);
   for (uint32_t& list : active_lists_) {
@@ -200,12 +202,22 @@ void SelfContacts<V>::EndLook(ContactPair<V>& pair, bool is_apart,
       std::abs(Dot(pair.normal, Weighted(pair, starts.data())) - pair.touch) < rounding;
 }
 
+template <class V>
+FrictionNumbers<ScalarOf<V>> SelfContacts<V>::FrictionOf(const ContactPair<V>& pair) const {
+  const uint32_t member = surface_->member_of_particle(pair.particles[0]);
+  const uint32_t other = surface_->member_of_particle(pair.particles[3]);
+  const FrictionNumbers<Real>& a = numbers_.frictions[member];
+  if (member == other) return a;
+  const FrictionNumbers<Real>& b = numbers_.frictions[other];
+  return {std::sqrt(a.statics * b.statics), std::sqrt(a.dynamics * b.dynamics)};
+}
+
 // Coulomb's law: the impulse across the normal that static friction can exert, or the dynamic one.
 template <class V>
-V SelfContacts<V>::Friction(const V& wanted, Real push) const {
-  const Real size = Length(wanted);
-  if (size <= numbers_.friction_static * push) return wanted;
-  return wanted * (numbers_.friction_dynamic * push / size);
+static V Friction(const FrictionNumbers<ScalarOf<V>>& friction, const V& wanted, ScalarOf<V> push) {
+  const ScalarOf<V> size = Length(wanted);
+  if (size <= friction.statics * push) return wanted;
+  return wanted * (friction.dynamics * push / size);
 }
 
 template <class V>
@@ -222,13 +234,13 @@ bool SelfContacts<V>::SolvePush(ContactPair<V>& pair, const V* starts, const V* 
   const Real change = push - pair.push;
   pair.push = push;
   V velocity_change = change * pair.normal;
-  if (numbers_.friction_static > 0) {
+  if (has_friction_) {
     const V relative = Weighted(pair, static_cast<const V*>(u)) + velocity_change;
     const Real normal_speed = Dot(relative, pair.normal);
     const V sliding = relative - normal_speed * pair.normal;
     // With two steps nothing is left of the speed along the normal (StopTouching).
     const Real whole = numbers_.has_two_steps ? std::max(push - normal_speed, Real{0}) : push;
-    const V tangent = Friction(pair.tangent - sliding, whole);
+    const V tangent = Friction(FrictionOf(pair), V(pair.tangent - sliding), whole);
     velocity_change += tangent - pair.tangent;
     pair.tangent = tangent;
   }
@@ -376,10 +388,11 @@ void SelfContacts<V>::StopTouching(const typename PlanarGuard<V>::Motion& motion
     // No more than the pair itself has pushed is taken back.
     const Real change = std::max(-speed, -pair.push);
     V velocity_change = change * pair.normal;
-    if (numbers_.friction_static > 0) {
+    if (has_friction_) {
       const V sliding = relative - speed * pair.normal;
-      velocity_change +=
-          Friction(pair.tangent - sliding, std::max(pair.push + change, Real{0})) - pair.tangent;
+      velocity_change += Friction(FrictionOf(pair), V(pair.tangent - sliding),
+                                  std::max(pair.push + change, Real{0})) -
+                         pair.tangent;
     }
     Apply(pair, velocity_change, numbers_.inverse_masses, velocities);
     Pull(pair, velocity_change, numbers_.inverse_masses, numbers_.pulls.now);

@@ -1,6 +1,6 @@
-// The contacts of a cloth with itself during a step: the stages find_self_contacts,
-// solve_self_contacts and guard_self_contacts of server/solver/method.md, in single or double
-// precision.
+// The contacts of cloths with themselves and with each other during a step: the stages
+// find_self_contacts, solve_self_contacts and guard_self_contacts of server/solver/method.md, in
+// single or double precision.
 #pragma once
 
 #include <cstdint>
@@ -21,14 +21,20 @@ namespace drape::self_contact {
 inline constexpr double kHardHit = 1e-2;
 inline constexpr uint32_t kHitSweeps = 2;
 
-// What a step needs to know of the cloth.
+// Of a pair of one cloth.
+template <class Real>
+struct FrictionNumbers {
+  Real statics = 0, dynamics = 0;
+};
+
+// What a step needs to know of the cloth, or of all cloths of a world.
 template <class V>
 struct StepNumbers {
   using Real = ScalarOf<V>;
 
-  Real thickness = 0;  // [m]
-  Real friction_static = 0;
-  Real friction_dynamic = 0;
+  Thicknesses<Real> thicknesses{};
+  // [member_count]; between two cloths the geometric mean.
+  std::span<const FrictionNumbers<Real>> frictions{};
   Real depenetration_speed = 0;  // kMaxDepenetrationSpeed_m_per_s
   Real gravity = 0;              // its length [m/s^2]
   Real slowest_landing = 0;      // SlowestLanding [m/s]
@@ -67,6 +73,8 @@ class SelfContacts {
   // from the other side. False: pins forced a pair through itself, or the state is not finite.
   bool Guard(const typename PlanarGuard<V>::Motion& motion);
 
+  // Of particles of edges and triangles that crossed when the step began; empty: none did.
+  const std::vector<bool>& is_crossing() const { return is_crossing_; }
   // Of the substep, those that were near.
   std::span<const uint32_t> active() const { return active_; }
 
@@ -87,12 +95,13 @@ class SelfContacts {
   void EndLook(ContactPair<V>& pair, bool is_apart, std::span<const V> starts) const;
   bool SolvePush(ContactPair<V>& pair, const V* starts, const V* base, V* u, Real interval,
                  Real least_change);
-  V Friction(const V& wanted, Real push) const;
+  FrictionNumbers<Real> FrictionOf(const ContactPair<V>& pair) const;
   void StopTouching(const typename PlanarGuard<V>::Motion& motion, bool has_history);
   bool GuardFar(const typename PlanarGuard<V>::Motion& motion);
 
   const ContactSurface* surface_ = nullptr;
   StepNumbers<V> numbers_;
+  bool has_friction_ = false;  // any of them
   Real substep_s_ = 0;
   uint32_t substep_ = 0;           // the one under way, from 1
   std::vector<bool> is_crossing_;  // of particles of edges and triangles that crossed; or empty

@@ -245,6 +245,7 @@ class Session(SessionBase):
     create: Callable[..., Awaitable[Cloths]] = _awaiting(SessionBase._create)
     attach: Callable[..., Awaitable[Cloths]] = _awaiting(SessionBase._attach)
     restore: Callable[..., Awaitable[Cloths]] = _awaiting(SessionBase._restore)
+    step: Callable[..., Awaitable[list[states.Answer]]] = _awaiting(SessionBase._step)
     list = _awaiting(SessionBase._list)
     renew = _awaiting(SessionBase._renew)
     reattach = _awaiting(SessionBase._reattach)

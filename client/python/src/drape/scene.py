@@ -149,7 +149,7 @@ class Player:
                 count = entry.count if entry.HasField("count") else 1
                 origins = np.zeros((count, 3))
                 origins[:, 0] = np.arange(count) * entry.spacing_m
-                self.cloths.append(session.create(entry.spec, count, origins=origins))
+                self.cloths.append(session.create(entry.spec, count, origins=origins, world=entry.world))
         except BaseException:
             for cloths in self.cloths:
                 cloths.delete()
@@ -170,8 +170,7 @@ class Player:
             until = min(end, self._next_control())
             if bar is not None:
                 until = min(until, self.step + max(1, (end - begin) // 100))
-            for cloths in self.cloths:
-                cloths.step(until - self.step, view=None, expected=self.step)
+            self._session.step(self.cloths, until - self.step, expected=self.step)
             if bar is not None:
                 bar.update(until - self.step)
             self.step = until

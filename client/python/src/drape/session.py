@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from . import columns, errors, v1
+from . import columns, errors, states, v1
 from .cloths import Cloths
 from .operations import Operation, Route, Unary, blocking
 
@@ -41,15 +41,16 @@ class SessionBase:
         return f"<session {self.name[:20]}... at {self._connection.address}>"
 
     def _create(self, spec: v1.ClothSpec, count: int = 1, *, origins=None, transforms=None, overrides=None,
-                request_id: str = "", timeout_s: float | None = None) -> Operation[Cloths]:
+                world: str = "", request_id: str = "", timeout_s: float | None = None) -> Operation[Cloths]:
         """`count` cloths of `spec`, all or none.
 
         origins [m]: [count, 3] of each cloth's environment in the world (default: all at the origin). transforms:
         [count, 7] position [m] and quaternion x, y, z, w, in the place of spec.transform. overrides: `count`
-        ClothOverrides. request_id: a repetition with the same id gets the same cloths. Raises InvalidArgument,
+        ClothOverrides. world: they touch each other, and all other cloths of the session that name the same world, and
+        are stepped together with them (`step`). request_id: a repetition with the same id gets the same cloths. Raises InvalidArgument,
         ResourceExhausted.
         """
-        request = v1.CreateClothsRequest(session=self.name, spec=spec, count=count, overrides=overrides,
+        request = v1.CreateClothsRequest(session=self.name, spec=spec, count=count, overrides=overrides, world=world,
                                          request_id=request_id)
         if origins is not None:
             origins = columns.shaped("origins", origins, (count, 3)).copy()
@@ -58,6 +59,27 @@ class SessionBase:
             columns.fill(request, {"transforms": columns.shaped("transforms", transforms, (count, 7))})
         response = yield Unary("CreateCloths", request, self._route, timeout_s)
         return self._cloths_class(self, response.cloth_ids, response.shape, spec, origins)
+
+    def _step(self, batches, steps: int = 1, *, report: bool = False, expected: int | None = None,
+              timeout_s: float | None = None) -> Operation[list[states.Answer]]:
+        """Steps several `Cloths` of the session in one request, as the cloths of one world must be. An answer for each
+        of them, without states. Arguments and errors as of `Cloths.step`; FailedPrecondition (WORLD_INCOMPLETE)."""
+        requests = [cloths._step_request(steps, None, report, None, None, expected) for cloths in batches]
+        together = v1.StepRequest()
+        for request in requests:
+            together.MergeFrom(request)
+        for cloths in batches:
+            cloths._forget_states()
+        response = yield Unary("Step", together, self._route, timeout_s)
+        answers, first = [], 0
+        for cloths, request in zip(batches, requests):
+            every = slice(first, first + cloths.num)
+            first += cloths.num
+            ids = set(cloths.ids.tolist())
+            its = v1.StepResponse(steps=response.steps[every], reports=response.reports[every], timing=response.timing,
+                                  faulted_cloth_ids=[cloth for cloth in response.faulted_cloth_ids if cloth in ids])
+            answers.append(cloths._take(its, None, request))
+        return answers
 
     def _attach(self, ids=None, spec: v1.ClothSpec | None = None) -> Operation[Cloths]:
         """Cloths that exist already. ids: their names in the protocol; None: all of the session. They must have equally
@@ -141,6 +163,7 @@ class Session(SessionBase):
         self._lease.start()
 
     create = blocking(SessionBase._create)
+    step = blocking(SessionBase._step)
     attach = blocking(SessionBase._attach)
     restore = blocking(SessionBase._restore)
     list = blocking(SessionBase._list)

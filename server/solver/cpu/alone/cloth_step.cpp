@@ -4,6 +4,8 @@
 #include <atomic>
 #include <cmath>
 #include <memory>
+#include <utility>
+#include <vector>
 
 #include "server/solver/cpu/alone/advance.h"
 #include "server/solver/cpu/alone/advance_lengths.h"
@@ -68,35 +70,59 @@ void ResetImpulses(const StepContext& context) {
 using Part = StepProgress::Part;
 
 // No velocity along rigid links is left (Bender et al. 2009, section 3.2). False: paused.
-bool SolveVelocity(const StepContext& context, StepProgress& progress, const Pause& pause) {
-  const uint32_t sweeps = context.controls.plan.solver.velocity_iterations;
+bool SolveVelocity(SteppedCloths cloths, StepProgress& progress, const Pause& pause) {
+  const auto sweeps_of = [](const SteppedCloth& cloth) {
+    return cloth.context.controls.plan.solver.velocity_iterations;
+  };
+  uint32_t sweeps = 0;
+  for (const SteppedCloth& cloth : cloths) sweeps = std::max(sweeps, sweeps_of(cloth));
   while (progress.sweep < sweeps) {
-    SolveDistanceVelocities(context);
-    SolveJointVelocities(context);
+    for (const SteppedCloth& cloth : cloths) {
+      if (progress.sweep >= sweeps_of(cloth)) continue;
+      SolveDistanceVelocities(cloth.context);
+      SolveJointVelocities(cloth.context);
+    }
     if (++progress.sweep < sweeps && pause.IsDue()) return false;
   }
   return true;
 }
 
-// Sweeps until none finds an error, at most max_iterations, and some more after hard hits. False:
-// paused.
-bool Solve(const StepContext& context, StepProgress& progress, const Pause& pause) {
+// One sweep over the links and joints of a cloth. Whether it has found an error.
+bool SweepLinks(const StepContext& context, uint32_t sweep) {
   const FloatControls& controls = context.controls;
-  while (progress.sweep < SweepsAfterHits(context)) {
-    ++progress.report.iterations;
-    // All always run: a contact can break what the distances have just met.
-    bool has_changed = controls.Has(StepStage::kSolveStrips) && SolveStrips(context);
-    if (context.substep.is_last && progress.sweep + 1 == context.max_iterations) {
-      RefineLinks(context);
+  // All always run: a contact can break what the distances have just met.
+  bool has_changed = controls.Has(StepStage::kSolveStrips) && SolveStrips(context);
+  if (context.substep.is_last && sweep + 1 == context.max_iterations) RefineLinks(context);
+  if (controls.Has(StepStage::kSolveDistance)) has_changed |= SolveDistance(context);
+  return has_changed | SolveJoints(context);
+}
+
+// Sweeps until none finds an error, at most max_iterations, and some more after hard hits. A cloth
+// that has none waits for those of its world, until contacts change something again. False: paused.
+bool Solve(SteppedCloths cloths, StepProgress& progress, const Pause& pause) {
+  while (progress.sweep < SweepsAfterHits(cloths)) {
+    for (size_t k = 0; k < cloths.size(); ++k) {
+      StepOfCloth& its = progress.cloths[k];
+      if (!its.is_sweeping) continue;
+      ++its.report.iterations;
+      its.has_changed = SweepLinks(cloths[k].context, progress.sweep);
     }
-    if (controls.Has(StepStage::kSolveDistance)) has_changed |= SolveDistance(context);
-    has_changed |= SolveJoints(context);
-    has_changed |= SolveSelfContacts(context);
-    has_changed |= SolveContacts(context);
-    if (controls.tolerance > 0 && !has_changed) return true;
-    if (++progress.sweep < SweepsAfterHits(context) && pause.IsDue()) return false;
+    const bool have_contacts_changed = SolveSelfContacts(cloths);
+    bool is_over = true;
+    for (size_t k = 0; k < cloths.size(); ++k) {
+      StepOfCloth& its = progress.cloths[k];
+      if (its.is_sweeping) its.has_changed |= SolveContacts(cloths[k].context);
+      its.is_sweeping = cloths[k].context.controls.tolerance == 0 || have_contacts_changed ||
+                        (its.is_sweeping && its.has_changed);
+      is_over &= !its.is_sweeping;
+    }
+    if (is_over) return true;
+    if (++progress.sweep < SweepsAfterHits(cloths) && pause.IsDue()) return false;
   }
-  if (controls.tolerance > 0) progress.report.converged = false;
+  for (size_t k = 0; k < cloths.size(); ++k) {
+    StepOfCloth& its = progress.cloths[k];
+    if (cloths[k].context.controls.tolerance > 0 && its.is_sweeping) its.report.converged = false;
+  }
   return true;
 }
 
@@ -176,112 +202,172 @@ void BeforeSweeps(const StepContext& context) {
   SolveHinges(context);
   DampTwist(context);
   Tether(context);
-  FindSelfContacts(context);
-  ResetImpulses(context);
 }
 
 // One substep, or what is left of it. False: paused.
-bool Advance(const StepContext& context, StepProgress& progress, const Pause& pause) {
+bool Advance(SteppedCloths cloths, StepProgress& progress, const Pause& pause) {
   if (progress.part == Part::kBeforeSweeps) {
-    BeforeSweeps(context);
+    for (const SteppedCloth& cloth : cloths) BeforeSweeps(cloth.context);
+    FindSelfContacts(cloths);
+    for (const SteppedCloth& cloth : cloths) ResetImpulses(cloth.context);
+    for (StepOfCloth& its : progress.cloths) its.is_sweeping = true;
     progress.part = Part::kSweeps;
     progress.sweep = 0;
   }
   if (progress.part == Part::kSweeps) {
-    if (!Solve(context, progress, pause)) return false;
-    Integrate(context);
-    GuardSelfContacts(context);
+    if (!Solve(cloths, progress, pause)) return false;
+    for (const SteppedCloth& cloth : cloths) Integrate(cloth.context);
+    GuardSelfContacts(cloths);
     progress.part = Part::kVelocitySweeps;
     progress.sweep = 0;
   }
-  if (!SolveVelocity(context, progress, pause)) return false;
-  CorrectVelocity(context);
-  Kick(context, context.scratch.state.positions, context.substep.kick_after);
+  if (!SolveVelocity(cloths, progress, pause)) return false;
+  for (const SteppedCloth& cloth : cloths) {
+    CorrectVelocity(cloth.context);
+    Kick(cloth.context, cloth.context.scratch.state.positions, cloth.context.substep.kick_after);
+  }
   progress.part = Part::kBeforeSweeps;
   return true;
 }
 
-// The substeps, or those that are left, on the copy of `state` that they begin with. False: paused.
-bool DoSubsteps(StepContext& context, const FloatState& state, StepProgress& progress,
-                const Pause& pause) {
-  const FloatControls& controls = context.controls;
+void BeginSubstep(StepContext& context, uint32_t index, double substep_s) {
+  PlaceColliders(context, index, substep_s);
+  if (ImpulseSums* const sums = context.impulses()) sums->BeginSubstep(context, index, substep_s);
+  if (index == 0 && context.substep.is_two_step) {
+    Copy(context, context.scratch.state, context.scratch.previous);
+  }
+}
+
+// The substeps, or those that are left, on copies of the states that they begin with. False:
+// paused.
+bool DoSubsteps(SteppedCloths cloths, StepProgress& progress, const Pause& pause) {
   if (!progress.has_begun) {
-    progress.report.warnings = controls.plan.known_warnings;
-    Begin(context, state);
-    progress.report.warnings.starts_crossing = BeginSelfContacts(context);
+    progress.cloths.assign(cloths.size(), {});
+    for (const SteppedCloth& cloth : cloths) Begin(cloth.context, cloth.state);
+    BeginSelfContacts(cloths);
+    for (size_t k = 0; k < cloths.size(); ++k) {
+      StepWarnings& warnings = progress.cloths[k].report.warnings;
+      warnings = cloths[k].context.controls.plan.known_warnings;
+      warnings.starts_crossing = StartsCrossing(cloths, k);
+    }
     progress.has_begun = true;
   }
-  while (progress.substep < controls.plan.schedule.size()) {
-    const Substep substep = controls.plan.schedule[progress.substep];
-    context.substep = FloatSubstep(substep, controls.damping_per_s);
-    if (progress.part == Part::kBeforeSweeps) {
-      PlaceColliders(context, progress.substep, substep.duration_s);
-      if (ImpulseSums* const sums = context.impulses()) {
-        sums->BeginSubstep(context, progress.substep, substep.duration_s);
-      }
-      if (progress.substep == 0 && context.substep.is_two_step) {
-        Copy(context, context.scratch.state, context.scratch.previous);
+  const uint32_t substeps = cloths[0].context.controls.plan.schedule.size();
+  while (progress.substep < substeps) {
+    for (SteppedCloth& cloth : cloths) {
+      const FloatControls& controls = cloth.context.controls;
+      const Substep substep = controls.plan.schedule[progress.substep];
+      cloth.context.substep = FloatSubstep(substep, controls.damping_per_s);
+      if (progress.part == Part::kBeforeSweeps) {
+        BeginSubstep(cloth.context, progress.substep, substep.duration_s);
       }
     }
-    if (!Advance(context, progress, pause)) return false;
-    if (++progress.substep < controls.plan.schedule.size() && pause.IsDue()) return false;
+    if (!Advance(cloths, progress, pause)) return false;
+    if (++progress.substep < substeps && pause.IsDue()) return false;
   }
   return true;
 }
 
-// For the step once more.
+// For the step once more. A cloth without a calmer scheme keeps its own.
 StepContext CalmerContext(const StepContext& context) {
-  StepContext calmer{context.model,       *context.calmer_controls, context.held,
-                     context.own_lengths, context.collider_motions, context.scratch,
-                     context.team,        context.max_iterations,   context.leaves_out_colliders};
+  const FloatControls& controls =
+      context.calmer_controls != nullptr ? *context.calmer_controls : context.controls;
+  StepContext calmer{context.model,
+                     controls,
+                     context.held,
+                     context.own_lengths,
+                     context.collider_motions,
+                     context.scratch,
+                     context.team,
+                     context.max_iterations,
+                     context.leaves_out_colliders};
   calmer.contact_surface = context.contact_surface;
+  calmer.world_origin = context.world_origin;
   calmer.may_cross_itself = context.may_cross_itself;
   calmer.asks_for_impulses = context.asks_for_impulses;
   calmer.colliders = context.colliders;
   return calmer;
 }
 
+bool ContinueOnce(SteppedCloths cloths, StepProgress& progress, const Pause& pause);
+
+bool ContinueCalmer(SteppedCloths cloths, StepProgress& progress, const Pause& pause) {
+  std::vector<SteppedCloth> calmer;
+  for (const SteppedCloth& cloth : cloths) {
+    calmer.push_back({CalmerContext(cloth.context), cloth.measure, cloth.state});
+  }
+  return ContinueOnce(calmer, progress, pause);
+}
+
+// The end of the substeps of all cloths.
+Ending End(SteppedCloths cloths, StepProgress& progress) {
+  std::vector<EndingCloth> ends;
+  std::vector<std::shared_ptr<const StepImpulses>> impulses(cloths.size());
+  for (size_t k = 0; k < cloths.size(); ++k) {
+    const auto& [context, measure, state] = cloths[k];
+    const bool may_have_fault = Tidy(context);
+    if (const ImpulseSums* const sums = context.impulses()) {
+      impulses[k] = std::make_shared<const StepImpulses>(sums->Total(context, state));
+    }
+    ends.push_back({context, state, may_have_fault, measure, progress.cloths[k].report});
+  }
+  const Ending ending = Finish(ends);
+  if (ending != Ending::kDone) return ending;
+  for (size_t k = 0; k < cloths.size(); ++k) {
+    StepReport& report = progress.cloths[k].report;
+    report.warnings.energy_gained |= progress.is_calmer;
+    if (report.fault == FaultReason::kNone) report.impulses = impulses[k];
+  }
+  return ending;
+}
+
+// By the scheme of progress.is_calmer.
+bool ContinueOnce(SteppedCloths cloths, StepProgress& progress, const Pause& pause) {
+  for (;;) {
+    if (!progress.has_reach) {
+      for (const SteppedCloth& cloth : cloths) {
+        FindReach(cloth.context, cloth.state, cloth.context.scratch.reach);
+      }
+    }
+    progress.has_reach = true;
+    if (!DoSubsteps(cloths, progress, pause)) return false;
+    const Ending ending = End(cloths, progress);
+    if (ending == Ending::kWithAllColliders) {
+      for (const SteppedCloth& cloth : cloths) {
+        StepScratch& scratch = cloth.context.scratch;
+        if (!scratch.reach.has_left) continue;
+        ++scratch.repeats;
+        ReachAll(cloth.context, scratch.reach);
+      }
+      progress = StepProgress{.is_calmer = progress.is_calmer, .has_reach = true};
+    } else if (ending == Ending::kCalmer) {
+      progress = StepProgress{.is_calmer = true};
+      return ContinueCalmer(cloths, progress, pause);
+    } else {
+      return true;
+    }
+  }
+}
+
 }  // namespace
 
 StepReport StepCalmer(const StepContext& context, bool measure, FloatState& state) {
   StepProgress progress{.is_calmer = true};
-  return *ContinueStep(context, measure, state, progress, Pause::Never());
+  SteppedCloth cloth{context, measure, state};
+  ContinueStep({&cloth, 1}, progress, Pause::Never());
+  return progress.cloths[0].report;
 }
 
 StepReport StepCloth(StepContext context, bool measure, FloatState& state) {
   StepProgress progress;
-  return *ContinueStep(context, measure, state, progress, Pause::Never());
+  SteppedCloth cloth{std::move(context), measure, state};
+  ContinueStep({&cloth, 1}, progress, Pause::Never());
+  return progress.cloths[0].report;
 }
 
-std::optional<StepReport> ContinueStep(StepContext context, bool measure, FloatState& state,
-                                       StepProgress& progress, const Pause& pause) {
-  ColliderReach& reach = context.scratch.reach;
-  if (progress.is_calmer && context.calmer_controls != nullptr) {
-    return ContinueStep(CalmerContext(context), measure, state, progress, pause);
-  }
-  for (;;) {
-    if (!progress.has_reach) FindReach(context, state, reach);
-    progress.has_reach = true;
-    if (!DoSubsteps(context, state, progress, pause)) return std::nullopt;
-    const bool may_have_fault = Tidy(context);
-    std::shared_ptr<const StepImpulses> impulses;
-    if (const ImpulseSums* const sums = context.impulses()) {
-      impulses = std::make_shared<const StepImpulses>(sums->Total(context, state));
-    }
-    const Ending ending = Finish(context, may_have_fault, measure, state, progress.report);
-    if (ending == Ending::kWithAllColliders) {
-      ++context.scratch.repeats;
-      ReachAll(context, reach);
-      progress = StepProgress{.is_calmer = progress.is_calmer, .has_reach = true};
-    } else if (ending == Ending::kCalmer) {
-      progress = StepProgress{.is_calmer = true};
-      return ContinueStep(context, measure, state, progress, pause);
-    } else {
-      progress.report.warnings.energy_gained |= progress.is_calmer;
-      if (progress.report.fault == FaultReason::kNone) progress.report.impulses = impulses;
-      return progress.report;
-    }
-  }
+bool ContinueStep(SteppedCloths cloths, StepProgress& progress, const Pause& pause) {
+  return progress.is_calmer ? ContinueCalmer(cloths, progress, pause)
+                            : ContinueOnce(cloths, progress, pause);
 }
 
 }  // namespace drape::cpu

@@ -1,17 +1,24 @@
-// The step of one cloth (server/solver/method.md), stage by stage.
+// The step of one cloth, or of a world (server/solver/method.md), stage by stage.
 #pragma once
 
 #include <cstdint>
-#include <optional>
+#include <vector>
 
-#include "server/solver/cpu/step/step_context.h"
+#include "server/solver/cpu/alone/stepped_cloth.h"
 #include "server/solver/pause.h"
 #include "server/solver/step_report.h"
 
 namespace drape::cpu {
 
-// How far a step is that is done in pieces. All else is in its StepScratch, which it must find as
-// it left it; context.substep is set again.
+// Of one cloth in a step.
+struct StepOfCloth {
+  bool is_sweeping = true;   // in the substep under way
+  bool has_changed = false;  // something in the last sweep
+  StepReport report{};
+};
+
+// How far a step is that is done in pieces. All else is in the StepScratch of each cloth, which it
+// must find as it left it; context.substep is set again.
 struct StepProgress {
   // The part of the substep that comes next.
   enum class Part { kBeforeSweeps, kSweeps, kVelocitySweeps };
@@ -21,8 +28,8 @@ struct StepProgress {
   bool has_begun = false;  // scratch.state is the working copy
   uint32_t substep = 0;    // under way
   Part part = Part::kBeforeSweeps;
-  uint32_t sweep = 0;  // of the part
-  StepReport report{};
+  uint32_t sweep = 0;                 // of the part
+  std::vector<StepOfCloth> cloths{};  // of each, once it has begun
 };
 
 // Steps `state` once, by the calling thread as the leader of context.team. If it blows up, `state`
@@ -31,10 +38,13 @@ struct StepProgress {
 // states.
 StepReport StepCloth(StepContext context, bool measure, FloatState& state);
 
-// The same in pieces, with the same bits: begins or goes on until `pause` is due; none: it paused,
-// and `state` is as before. The context of each piece differs only in team and thread.
-std::optional<StepReport> ContinueStep(StepContext context, bool measure, FloatState& state,
-                                       StepProgress& progress, const Pause& pause);
+// The same for one cloth, or for all of a world in its order, in pieces and with the same bits:
+// begins or goes on until `pause` is due. False: it paused, and the states are as before; else
+// progress.cloths has the reports. The contexts of each piece differ only in team and thread; those
+// of a world have the same time step, substeps, integration, team and most sweeps, and the surface
+// of the world. If one cloth blows up, all states stay as they were. A step that gained energy is
+// done again for all.
+bool ContinueStep(SteppedCloths cloths, StepProgress& progress, const Pause& pause);
 
 // The same with context.calmer_controls, for a step that has gained energy, and its warning.
 StepReport StepCalmer(const StepContext& context, bool measure, FloatState& state);

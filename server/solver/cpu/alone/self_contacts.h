@@ -1,27 +1,41 @@
-// The contacts of a cloth with itself: the stages of self_contact/self_contacts.h on the state of a
-// step. One thread, the leader's: the pairs are solved one after the other.
+// The contacts of cloths with themselves and with those of their world: the stages of
+// self_contact/self_contacts.h on the states of a step. One thread, the leader's: the pairs are
+// solved one after the other.
 #pragma once
 
-#include "server/solver/cpu/step/step_context.h"
+#include <vector>
+
+#include "server/solver/cpu/alone/stepped_cloth.h"
 #include "server/solver/self_contact/self_contacts.h"
 
 namespace drape::cpu {
 
-struct SelfContactMemory {
-  self_contact::SelfContacts<Vec4> contacts;
-  std::vector<Vec4> starts;  // of one step: positions at the start of the substep
-  // Of a substep, where impulses are asked for: self_contact::HeldPulls.
-  std::vector<Vec4> pulls, pulls_in_memory;
+// One vector for each particle of all cloths, in the frame of the world.
+struct WorldVectors {
+  std::vector<Vec4> base, velocities, ends, previous_velocities, previous_positions;
+  std::vector<float> inverse_masses;
 };
 
-// Before the first substep, on the state that it starts with. Whether parts of the cloth cross.
-bool BeginSelfContacts(const StepContext& context);
+struct SelfContactMemory {
+  self_contact::SelfContacts<Vec4> contacts;
+  std::vector<float> thicknesses;
+  std::vector<self_contact::FrictionNumbers<float>> frictions;
+  std::vector<Vec4> starts;  // positions at the start of the substep, where they are not kept
+  // Of a substep, where impulses are asked for: self_contact::HeldPulls.
+  std::vector<Vec4> pulls, pulls_in_memory;
+  WorldVectors world;  // of several cloths
+};
+
+// Before the first substep, on the states that it starts with.
+void BeginSelfContacts(SteppedCloths cloths);
+// Whether parts of a cloth, the `index`th, crossed something when the step began.
+bool StartsCrossing(SteppedCloths cloths, size_t index);
 // After the prediction.
-void FindSelfContacts(const StepContext& context);
-bool SolveSelfContacts(const StepContext& context);
+void FindSelfContacts(SteppedCloths cloths);
+bool SolveSelfContacts(SteppedCloths cloths);
 // Sweeps of the substep: max_iterations, or more if the last one ended with a hard hit.
-uint32_t SweepsAfterHits(const StepContext& context);
+uint32_t SweepsAfterHits(SteppedCloths cloths);
 // After the integration.
-void GuardSelfContacts(const StepContext& context);
+void GuardSelfContacts(SteppedCloths cloths);
 
 }  // namespace drape::cpu

@@ -45,7 +45,8 @@ FloatControls::FloatControls(const FloatModel& model, const ClothParameters& par
   depenetration_distance = static_cast<float>(kMaxDepenetrationSpeed_m_per_s * substep_s);
   friction_static = static_cast<float>(parameters.friction_static);
   friction_dynamic = static_cast<float>(parameters.friction_dynamic);
-  if (plan.Has(StepStage::kFindSelfContacts)) self_contact = SelfContactOf(parameters);
+  touches_itself = plan.Has(StepStage::kFindSelfContacts);
+  contact = SelfContactOf(parameters);
   has_restitution = HasRestitution(parameters);
   restitution = static_cast<float>(parameters.restitution);
   slowest_rebound = static_cast<float>(SlowestRebound(parameters));

@@ -62,7 +62,8 @@ struct FloatControls {
   float depenetration_distance;  // [m] per substep
   float friction_static;
   float friction_dynamic;
-  std::optional<SelfContactNumbers> self_contact;  // unset: the cloth passes through itself
+  bool touches_itself;
+  SelfContactNumbers contact;  // with itself, and with cloths of its world
   bool has_restitution;
   float restitution;
   float slowest_rebound;  // [m/s]

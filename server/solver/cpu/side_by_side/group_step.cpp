@@ -110,8 +110,8 @@ void StepSideBySide(std::span<GroupCloth> cloths, GroupScratch& scratch) {
     const bool is_suspect = (may_have_fault >> lane & 1) != 0;
     std::shared_ptr<const StepImpulses> given;
     if (impulses) given = std::make_shared<const StepImpulses>(impulses->Total(lane, cloth));
-    const Ending ending =
-        Finish(cloth.context, is_suspect, cloth.measure, cloth.state, cloth.report);
+    const EndingCloth end{cloth.context, cloth.state, is_suspect, cloth.measure, cloth.report};
+    const Ending ending = Finish({&end, 1});
     if (ending == Ending::kWithAllColliders) scratch.unfinished.push_back(lane);
     cloth.has_gained_energy = ending == Ending::kCalmer;
     if (cloth.report.fault == FaultReason::kNone) cloth.report.impulses = given;
@@ -162,7 +162,7 @@ LaneSupport SupportedLanes() {
 bool FitsLanes(const FloatModel& model, const FloatControls& controls) {
   const size_t particles = model.particle_count;
   if (particles > kMaxLaneParticles) return false;
-  if (controls.self_contact) return false;
+  if (controls.touches_itself) return false;
   if (particles * controls.colliders.size() > kMaxLaneContacts) return false;
   const auto is_map = [](const FloatCollider& collider) {
     return collider.kind == ShapeKind::kDistanceMap;

@@ -4,6 +4,7 @@
 #include <atomic>
 #include <cmath>
 #include <utility>
+#include <vector>
 
 #include "server/solver/cpu/step/measure.h"
 #include "server/solver/solver_constants.h"
@@ -73,46 +74,93 @@ double CompliantEnergyOf(const StepContext& context, const FloatState& state) {
                            [&](uint32_t i) { return ToVector3d(state.positions[i]); });
 }
 
-// More than it may, or no finite number. What is held and moved does work.
-bool GainsEnergy(const StepContext& context, const FloatState& start) {
-  const EnergyLimit& limit = context.controls.energy_limit;
-  if (!limit.is_watched) return false;
-  const EnergyChange change = ChangeOfEnergy(context, start);
-  if (!std::isfinite(change.gain_j)) return true;
+bool MovesWhatItHolds(const StepContext& context, const FloatState& start) {
   const HeldParticles& held = context.held;
   for (size_t k = 0; k < held.particles.size(); ++k) {
     const Vec4 way = held.targets[k] - start.positions[held.particles[k]];
-    if (Dot(way, way) > 0) return false;
+    if (Dot(way, way) > 0) return true;
   }
-  if (!limit.IsExceeded(change.gain_j, change.start_kinetic_j)) return false;
-  if (!limit.counts_compliance) return true;
-  const double start_j = CompliantEnergyOf(context, start);
-  const double gain_j = change.gain_j + CompliantEnergyOf(context, context.scratch.state) - start_j;
-  return limit.IsExceeded(gain_j, change.start_kinetic_j, start_j);
+  return false;
 }
 
-// The new state replaces the old one unless it has blown up.
-void Commit(const StepContext& context, bool may_have_fault, FloatState& state,
-            StepReport& report) {
-  report.fault = may_have_fault ? FindFault(context) : FaultReason::kNone;
-  if (report.fault == FaultReason::kNone) std::swap(state, context.scratch.state);
+// Together more than they may, for one may give energy to another, or no finite number. What is
+// held and moved does work.
+bool GainEnergy(std::span<const EndingCloth> cloths) {
+  const auto limit_of = [](const EndingCloth& cloth) -> const EnergyLimit& {
+    return cloth.context.controls.energy_limit;
+  };
+  for (const EndingCloth& cloth : cloths) {
+    if (!limit_of(cloth).is_watched) return false;
+  }
+  double gain_j = 0, allowed_j = 0;
+  bool counts_compliance = false, is_held_moved = false;
+  for (const EndingCloth& cloth : cloths) {
+    const EnergyChange change = ChangeOfEnergy(cloth.context, cloth.state);
+    gain_j += change.gain_j;
+    allowed_j += limit_of(cloth).Allowed_j(change.start_kinetic_j);
+    counts_compliance |= limit_of(cloth).counts_compliance;
+    is_held_moved = is_held_moved || MovesWhatItHolds(cloth.context, cloth.state);
+  }
+  if (!std::isfinite(gain_j)) return true;
+  if (is_held_moved || gain_j <= allowed_j) return false;
+  if (!counts_compliance) return true;
+  allowed_j = 0;
+  for (const EndingCloth& cloth : cloths) {
+    const EnergyChange change = ChangeOfEnergy(cloth.context, cloth.state);
+    const bool counts = limit_of(cloth).counts_compliance;
+    const double start_j = counts ? CompliantEnergyOf(cloth.context, cloth.state) : 0;
+    if (counts) gain_j += CompliantEnergyOf(cloth.context, cloth.context.scratch.state) - start_j;
+    allowed_j += limit_of(cloth).Allowed_j(change.start_kinetic_j, start_j);
+  }
+  return !std::isfinite(gain_j) || gain_j > allowed_j;
+}
+
+// The new states replace the old ones unless one has blown up.
+void Commit(std::span<const EndingCloth> cloths) {
+  bool is_good = true;
+  for (const EndingCloth& cloth : cloths) {
+    cloth.report.fault = cloth.may_have_fault ? FindFault(cloth.context) : FaultReason::kNone;
+    is_good &= cloth.report.fault == FaultReason::kNone;
+  }
+  for (const EndingCloth& cloth : cloths) {
+    if (is_good) {
+      std::swap(cloth.state, cloth.context.scratch.state);
+    } else if (cloth.report.fault == FaultReason::kNone) {
+      cloth.report.fault = FaultReason::kInWorld;
+    }
+  }
 }
 
 }  // namespace
 
-Ending Finish(const StepContext& context, bool may_have_fault, bool measure, FloatState& state,
-              StepReport& report) {
-  if (context.scratch.reach.has_left) return Ending::kWithAllColliders;
-  if (GainsEnergy(context, state)) {
-    if (context.calmer_controls != nullptr) return Ending::kCalmer;
-    report.warnings.energy_gained = true;
+Ending Finish(std::span<const EndingCloth> cloths) {
+  const auto any = [&](const auto& is_true) { return std::ranges::any_of(cloths, is_true); };
+  if (any([](const EndingCloth& cloth) { return cloth.context.scratch.reach.has_left; })) {
+    return Ending::kWithAllColliders;
   }
-  report.warnings.not_converged = !report.converged;
-  Commit(context, may_have_fault, state, report);
-  if (measure) {
-    report.measured = Measure(context, state, report.fault);
-    report.warnings.strain_beyond_limit =
-        report.measured.max_strain > context.controls.plan.strain_limit;
+  const bool gain_energy = GainEnergy(cloths);
+  if (gain_energy &&
+      any([](const EndingCloth& cloth) { return cloth.context.calmer_controls != nullptr; })) {
+    return Ending::kCalmer;
+  }
+  for (const EndingCloth& cloth : cloths) {
+    if (gain_energy) cloth.report.warnings.energy_gained = true;
+    cloth.report.warnings.not_converged = !cloth.report.converged;
+  }
+  Commit(cloths);
+  for (const EndingCloth& cloth : cloths) {
+    if (!cloth.measure) continue;
+    cloth.report.measured = Measure(cloth.context, cloth.state, cloth.report.fault);
+    cloth.report.warnings.strain_beyond_limit =
+        cloth.report.measured.max_strain > cloth.context.controls.plan.strain_limit;
+  }
+  if (any([](const EndingCloth& cloth) { return cloth.measure; })) {
+    std::vector<MeasuredCloth> measured;
+    for (const EndingCloth& cloth : cloths) {
+      measured.push_back(
+          {cloth.context, cloth.state, cloth.measure ? &cloth.report.measured : nullptr});
+    }
+    MeasureSelfContacts(measured);
   }
   return Ending::kDone;
 }

@@ -1,6 +1,8 @@
 // The end of a step, for both paths.
 #pragma once
 
+#include <span>
+
 #include "server/solver/cpu/step/step_context.h"
 #include "server/solver/step_report.h"
 
@@ -16,10 +18,18 @@ enum class Ending {
   kCalmer,
 };
 
-// The end of a step: the new state of context.scratch replaces `state` unless it has blown up or
-// the step is to be done again, and the report gets what there is to tell. `may_have_fault`: only
-// then it is looked for.
-Ending Finish(const StepContext& context, bool may_have_fault, bool measure, FloatState& state,
-              StepReport& report);
+// One of the cloths whose step ends.
+struct EndingCloth {
+  const StepContext& context;
+  FloatState& state;
+  bool may_have_fault = false;  // only then it is looked for
+  bool measure = false;
+  StepReport& report;
+};
+
+// The end of a step of one cloth, or of all cloths of a world: the new states of their scratch
+// memory replace `state`, unless one has blown up or the step is to be done again, and the reports
+// get what there is to tell.
+Ending Finish(std::span<const EndingCloth> cloths);
 
 }  // namespace drape::cpu

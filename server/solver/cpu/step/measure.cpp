@@ -157,21 +157,6 @@ void MeasureContacts(const StepContext& context, const FloatState& state,
   }
 }
 
-void MeasureSelfContacts(const StepContext& context, const FloatState& state,
-                         Measurements& measured) {
-  if (context.contact_surface == nullptr) return;
-  std::vector<self_contact::Vector3d> positions;
-  for (uint32_t i = 0; i < context.model.particle_count; ++i) {
-    positions.push_back(
-        self_contact::ToVector<self_contact::Vector3d>(ToVector3d(state.positions[i])));
-  }
-  const self_contact::SelfContactMeasures measures = self_contact::MeasureSelfContacts(
-      *context.contact_surface, context.controls.self_contact->thickness_m, positions);
-  measured.near_pairs = measures.near_pairs;
-  measured.smallest_distance_m = measures.smallest_distance_m;
-  measured.crossings = measures.crossings;
-}
-
 // The part of an error that an impulse may still remove [m]: of an inequality no more than undoes
 // the impulses so far.
 double AdmissibleError(const StepContext& context, const DistanceConstraint& constraint,
@@ -230,12 +215,34 @@ Measurements Measure(const StepContext& context, const FloatState& state, FaultR
   const bool is_good = fault == FaultReason::kNone;
   const PlacedColliders colliders(context, is_good ? EndOf(context.controls.plan.schedule) : 0);
   MeasureContacts(context, state, colliders, measured);
-  MeasureSelfContacts(context, state, measured);
   if (is_good) {
     measured.max_residual_m = MaxResidual(context, state, colliders);
     measured.rms_motion_m = RmsMotion(context.scratch.state, state, context.model.particle_count);
   }
   return measured;
+}
+
+void MeasureSelfContacts(std::span<const MeasuredCloth> cloths) {
+  const ContactSurface* const surface = cloths[0].context.contact_surface;
+  if (surface == nullptr) return;
+  std::vector<self_contact::Vector3d> positions;
+  std::vector<double> thicknesses_m;
+  for (const MeasuredCloth& cloth : cloths) {
+    const Eigen::Vector3d origin = ToVector3d(cloth.context.world_origin);
+    for (uint32_t i = 0; i < cloth.context.model.particle_count; ++i) {
+      positions.push_back(self_contact::ToVector<self_contact::Vector3d>(
+          ToVector3d(cloth.state.positions[i]) + origin));
+    }
+    thicknesses_m.push_back(cloth.context.controls.contact.thickness_m);
+  }
+  const auto measures = self_contact::MeasureSelfContacts(
+      *surface, {std::ranges::max(thicknesses_m), thicknesses_m}, positions);
+  for (size_t k = 0; k < cloths.size(); ++k) {
+    if (cloths[k].measured == nullptr) continue;
+    cloths[k].measured->near_pairs = measures[k].near_pairs;
+    cloths[k].measured->smallest_distance_m = measures[k].smallest_distance_m;
+    cloths[k].measured->crossings = measures[k].crossings;
+  }
 }
 
 }  // namespace drape::cpu

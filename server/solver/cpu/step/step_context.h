@@ -139,9 +139,12 @@ struct StepContext {
   bool leaves_out_colliders;  // those out of reach; the result does not depend on it
   // Of the scheme with which a step is done again that gained energy; null: none is calmer.
   const FloatControls* calmer_controls = nullptr;
-  FloatSubstep substep{};                           // the one under way
-  const ContactSurface* contact_surface = nullptr;  // null: the cloth passes through itself
-  bool may_cross_itself = true;    // parts of the cloth may cross each other when the step begins
+  FloatSubstep substep{};  // the one under way
+  // Null: the cloth passes through everything but colliders. Of several cloths: that of their
+  // world.
+  const ContactSurface* contact_surface = nullptr;
+  Vec4 world_origin{};             // of the cloth's frame in that of its world [m]
+  bool may_cross_itself = true;    // parts of the cloth may cross something when the step begins
   bool asks_for_impulses = false;  // StepReport::impulses
   std::span<const Collider> colliders{};
 
