@@ -106,7 +106,8 @@ TEST_P(Worlds, LayersOfOtherThicknessRestHalfTheirSumApart) {
     layer.parameters.colliders = {kFloor};
     if (k > 0) height_m += (kThicknesses_m[k - 1] + kThicknesses_m[k]) / 2;
     expected_m.push_back(height_m);
-    Move(layer, {0.004 * (k % 2), height_m * 1.3, 0.003 * (k % 3)});
+    Move(layer,
+         {0.004 * static_cast<double>(k % 2), height_m * 1.3, 0.003 * static_cast<double>(k % 3)});
     layers.push_back(std::move(layer));
   }
   ClothWorld world(backend(), 1, std::move(layers));
