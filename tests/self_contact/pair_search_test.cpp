@@ -74,6 +74,51 @@ TYPED_TEST(PairSearchTest, FindsWhatIsNear) {
   EXPECT_GT(near, 10000u);
 }
 
+// Flat cloth in which single particles have been pulled across their neighbours: what lies on both
+// sides of such a fold is near, however flat each patch is.
+TYPED_TEST(PairSearchTest, NoGapIsLargerThanAcrossSmallFolds) {
+  using V = TypeParam;
+  using Real = self_contact::ScalarOf<V>;
+  constexpr double kCell = 0.05, kRounding = 1e-6;  // half of that at rest, so that edges are short
+  size_t flat = 0, near = 0;
+  for (uint32_t seed = 1; seed <= 60; ++seed) {
+    const Scene scene = seed % 2 == 0 ? Grid(11, 11, 1, 1) : MeshedGrid(11, 11, 1, 1);
+    const ContactSurface surface(*scene.model);
+    const PatchOwners owners(surface);
+    std::mt19937 random(seed);
+    const auto between = [&](double low, double high) {
+      return std::uniform_real_distribution<double>(low, high)(random);
+    };
+    std::vector<Vector3d> exact;
+    for (const Eigen::Vector3d& p : scene.model->rest_positions_m()) {
+      exact.push_back(Vector3d{0.5 * p.x(), p.y() + between(0, 0.001), 0.5 * p.z(), 0});
+    }
+    for (int pulled = 0; pulled < 4; ++pulled) {
+      exact[random() % exact.size()] +=
+          Vector3d{between(-1.5, 1.5) * kCell, 0, between(-1.5, 1.5) * kCell, 0};
+    }
+    const std::vector<V> rounded = As<V>(exact);
+    PairSearch<V> search;
+    search.Begin(surface, rounded, Real(0.01));
+    std::map<PatchPair, Real> gaps;
+    for (const ContactNeighbours& pair : surface.neighbours()) {
+      gaps[{pair.first, pair.second}] = search.Gap({pair.first, pair.second});
+      flat += gaps[{pair.first, pair.second}] > 0;
+    }
+    ForAllPairs(surface, [&](PairKind kind, const std::array<uint32_t, 4>& particles) {
+      const auto gap = gaps.find(owners.Of(kind, particles));
+      if (gap == gaps.end()) return;
+      const std::array<Vector3d, 4> p = {exact[particles[0]], exact[particles[1]],
+                                         exact[particles[2]], exact[particles[3]]};
+      const double distance = self_contact::Length(self_contact::Closest(kind, p).difference);
+      near += distance < 0.01;
+      ASSERT_LE(double{gap->second}, distance + kRounding) << "seed " << seed;
+    });
+  }
+  EXPECT_GT(flat, 1000u);
+  EXPECT_GT(near, 1000u);
+}
+
 // Cells smaller than the thickness: neighbours keep half of their distance.
 TEST(PairSearch, TouchesFinerCellsLater) {
   const Scene scene = Grid(5, 5, 0.04, 0.04);

@@ -63,12 +63,14 @@ ContactSurface::ContactSurface(const SceneModel& model)
   FindEdges();
   GrowPatches();
   FindNeighbours();
+  FindSurroundings();
   BuildTree();
 }
 
 ContactSurface::ContactSurface(std::span<const SurfaceMember> members) {
   neighbour_offsets_.push_back(0);
   for (const SurfaceMember& member : members) Append(member);
+  FindSurroundings();
   JoinTrees(members);
 }
 
@@ -304,6 +306,20 @@ void ContactSurface::FindNeighbours() {
            edge_gap_of(patches_[p], patches_[other])});
     }
     neighbour_offsets_.push_back(static_cast<uint32_t>(neighbours_.size()));
+  }
+}
+
+void ContactSurface::FindSurroundings() {
+  std::vector<std::vector<uint32_t>> others(patches_.size());
+  for (const auto& pair : neighbours_) {
+    if (pair.first == pair.second) continue;
+    others[pair.first].push_back(pair.second);
+    others[pair.second].push_back(pair.first);
+  }
+  surroundings_offsets_ = {0};
+  for (const std::vector<uint32_t>& of_patch : others) {
+    surroundings_.insert(surroundings_.end(), of_patch.begin(), of_patch.end());
+    surroundings_offsets_.push_back(static_cast<uint32_t>(surroundings_.size()));
   }
 }
 

@@ -63,6 +63,10 @@ class ContactSurface {
   std::span<const ContactNeighbours> neighbours() const { return neighbours_; }
   // Of two patches; null if they share no vertex.
   const ContactNeighbours* Neighbours(uint32_t patch, uint32_t other) const;
+  // The patches that share a vertex with one.
+  std::span<const uint32_t> surroundings_of(uint32_t patch) const {
+    return Range(surroundings_, surroundings_offsets_[patch], surroundings_offsets_[patch + 1]);
+  }
   bool AreNeighbours(uint32_t patch, uint32_t other) const {
     return Neighbours(patch, other) != nullptr;
   }
@@ -125,6 +129,7 @@ class ContactSurface {
   void GrowPatches();
   void FillPatches(const std::vector<std::vector<uint32_t>>& triangles_of_patches);
   void FindNeighbours();
+  void FindSurroundings();
   void BuildTree();
   // The same for several.
   void Append(const SurfaceMember& member);
@@ -139,6 +144,7 @@ class ContactSurface {
   std::vector<uint32_t> patch_triangles_, patch_edges_, patch_vertices_, patch_corners_;
   std::vector<ContactNeighbours> neighbours_;
   std::vector<uint32_t> neighbour_offsets_;  // [patch_count + 1] of neighbours_, by their first
+  std::vector<uint32_t> surroundings_, surroundings_offsets_;  // of neighbours_, by either
   std::vector<ContactNode> nodes_;
   // Only of several: of each particle, node and member.
   std::vector<uint32_t> particle_members_;

@@ -25,6 +25,8 @@ void PairSearch<V>::Begin(const ContactSurface& surface, std::span<const V> posi
   const size_t patches = surface.patches().size();
   box_states_.resize(patches, 0);
   shape_states_.resize(patches, 0);
+  surroundings_states_.resize(patches, 0);
+  surroundings_.resize(patches);
   patch_boxes_.resize(patches);
   shapes_.resize(patches);
   edge_boxes_.resize(surface.patch_edges().size());
@@ -57,11 +59,11 @@ void PairSearch<V>::MakeBoxes(uint32_t p) {
 template <class V>
 typename PairSearch<V>::Real PairSearch<V>::Gap(const PatchPair& patches) {
   const auto [first, second] = patches;
+  if (const ContactNeighbours* neighbours = surface_->Neighbours(first, second)) {
+    return FlatGap(SurroundingsAt(first), SurroundingsAt(second), neighbours->rest_gap_m);
+  }
   const PatchShape<V>& a = ShapeAt(first);
   const PatchShape<V>& b = ShapeAt(second);
-  if (const ContactNeighbours* neighbours = surface_->Neighbours(first, second)) {
-    return FlatGap(a, b, neighbours->rest_gap_m);
-  }
   MakeBoxes(first);
   MakeBoxes(second);
   const V apart = Max(V(patch_boxes_[first].low - patch_boxes_[second].high),
@@ -78,6 +80,18 @@ const PatchShape<V>& PairSearch<V>::ShapeAt(uint32_t p) {
     shapes_[p] = ShapeOf(*surface_, surface_->patches()[p], positions_);
   }
   return shapes_[p];
+}
+
+template <class V>
+const PatchShape<V>& PairSearch<V>::SurroundingsAt(uint32_t p) {
+  if (surroundings_states_[p] != state_) {
+    surroundings_states_[p] = state_;
+    surroundings_[p] = ShapeAt(p);
+    for (const uint32_t other : surface_->surroundings_of(p)) {
+      AddToSurroundings(surroundings_[p], ShapeAt(other));
+    }
+  }
+  return surroundings_[p];
 }
 
 // Between the corners of two patches along a unit vector; negative where they overlap.

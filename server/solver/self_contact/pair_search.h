@@ -58,6 +58,7 @@ class PairSearch {
   };
 
   const PatchShape<V>& ShapeAt(uint32_t patch);
+  const PatchShape<V>& SurroundingsAt(uint32_t patch);
   Real GapAcross(const PatchPair& patches, const V& axis) const;
   Box<V> BoxOf(std::span<const uint32_t> particles) const;
   void MakeBoxes(uint32_t patch);
@@ -72,10 +73,11 @@ class PairSearch {
   Thicknesses<Real> thicknesses_;
   // What is known of patches in this state.
   uint64_t state_ = 0;
-  std::vector<uint64_t> box_states_, shape_states_;  // of each patch: the last state it is of
-  std::vector<Box<V>> patch_boxes_;                  // of each patch
-  std::vector<Box<V>> edge_boxes_, triangle_boxes_;  // in the order of the patches' lists
-  std::vector<PatchShape<V>> shapes_;                // of each patch
+  // Of each patch: the last state it is of.
+  std::vector<uint64_t> box_states_, shape_states_, surroundings_states_;
+  std::vector<Box<V>> patch_boxes_;                   // of each patch
+  std::vector<Box<V>> edge_boxes_, triangle_boxes_;   // in the order of the patches' lists
+  std::vector<PatchShape<V>> shapes_, surroundings_;  // of each patch
   // Of the two patches that are searched.
   NearPrimitives first_, second_;
   FilteredList<std::array<uint32_t, 4>> near_boxes_;  // pairs with boxes near each other

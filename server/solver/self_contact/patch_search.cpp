@@ -40,6 +40,11 @@ void PatchSearch<V>::Prepare() {
     }
     patches_[p] = state;
   }
+  surroundings_ = shapes_;
+  for (const ContactNeighbours& pair : surface_->neighbours()) {
+    AddToSurroundings(surroundings_[pair.first], shapes_[pair.second]);
+    AddToSurroundings(surroundings_[pair.second], shapes_[pair.first]);
+  }
   const std::span<const ContactNode> nodes = surface_->nodes();
   nodes_.resize(nodes.size());
   for (size_t k = nodes.size(); k-- > 0;) {  // children come after their parents
@@ -98,7 +103,7 @@ template <class V>
 void PatchSearch<V>::SearchNeighbours() {
   for (const ContactNeighbours& neighbours : surface_->neighbours()) {
     const uint32_t first = neighbours.first, second = neighbours.second;
-    const Real gap = FlatGap(shapes_[first], shapes_[second], neighbours.rest_gap_m);
+    const Real gap = FlatGap(surroundings_[first], surroundings_[second], neighbours.rest_gap_m);
     if (gap > thickness_ + state_.drift) {
       const V approach = Approach(patches_[first].velocities, patches_[second].velocities);
       if (gap > thickness_ + state_.drift + Length(approach)) continue;

@@ -66,7 +66,7 @@ class PatchSearch {
   Real thickness_ = 0;
   std::vector<PatchPair>* pairs_ = nullptr;
   size_t most_pairs_ = 0;
-  std::vector<PatchShape<V>> shapes_;
+  std::vector<PatchShape<V>> shapes_, surroundings_;  // of each patch
   std::vector<NodeState> patches_, nodes_;
   std::vector<std::pair<uint32_t, uint32_t>> open_;
   std::vector<uint32_t> offsets_;

@@ -10,18 +10,20 @@
 
 namespace drape::self_contact {
 
-// Neighbouring patches are flat if no normal is farther than this from their axes, and those not
-// from each other [-, cosine]: three times 19 degrees. What does not share a vertex is then apart
+// Neighbouring patches lie flat if in their surroundings (patches that share a vertex with one of
+// them, and themselves) no normal is farther than this from its patch's axis, and no axis from
+// theirs [-, cosine]: 19 degrees each. What does not share a vertex is then apart
 // by at least kFlatShare of its distance in the rest shape, times the share of the area that is
 // left of the triangle that lost most (shear brings rows together) [-]. Larger shares: pairs of
 // folds are missed; smaller ones: pairs of flat cloth are looked at in vain.
 inline constexpr double kFlatCosine = 0.945;
 inline constexpr double kFlatShare = 0.6;
 
+// Of a patch, or of its surroundings.
 template <class V>
 struct PatchShape {
   V axis;                  // mean of the normals of its triangles, a unit vector
-  ScalarOf<V> min_cosine;  // of a normal and the axis
+  ScalarOf<V> min_cosine;  // of a normal and its axis, and of an axis and that of the patch
   ScalarOf<V> area_share;  // smallest area of a triangle over that at rest
 };
 
@@ -53,8 +55,17 @@ PatchShape<V> ShapeOf(const ContactSurface& surface, const ContactPatch& patch,
   return result;
 }
 
-// How far primitives without a common vertex of two neighbouring patches are apart at least; 0
-// unless they are flat [m].
+// Adds a patch to the surroundings of one. A patch that is flat by itself can cover itself: where a
+// fold goes through triangles of others, it lies on both sides.
+template <class V>
+void AddToSurroundings(PatchShape<V>& surroundings, const PatchShape<V>& other) {
+  surroundings.min_cosine =
+      std::min({surroundings.min_cosine, other.min_cosine, Dot(surroundings.axis, other.axis)});
+  surroundings.area_share = std::min(surroundings.area_share, other.area_share);
+}
+
+// How far primitives without a common vertex of two neighbouring patches are apart at least, by
+// their surroundings; 0 unless they lie flat [m].
 template <class V>
 ScalarOf<V> FlatGap(const PatchShape<V>& a, const PatchShape<V>& b, double rest_gap_m) {
   using Real = ScalarOf<V>;
