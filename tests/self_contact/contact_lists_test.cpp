@@ -241,5 +241,38 @@ TYPED_TEST(ContactListsTest, StopAtTheLimit) {
   }
 }
 
+// There are too many pairs, then fewer: what was due in lists that had been opened is due again.
+TYPED_TEST(ContactListsTest, NothingIsLostWhereThereWasNoRoom) {
+  using V = TypeParam;
+  using Real = ScalarOf<V>;
+  const Scene scene = Grid(16, 12, 1, 0.75);
+  const ContactSurface surface(*scene.model);
+  const std::vector<V> starts = As<V>(Folded(*scene.model, 3, 0.35, 0.003, 4));
+  const std::vector<PatchPair> all = AllPatchPairs(surface);
+  const std::span<const PatchPair> some = std::span(all).first(all.size() / 2);
+  const std::vector<bool> is_crossing;
+  const auto begin = [&](ContactLists<V>& lists, size_t most_pairs) {
+    lists.Begin(surface, Real(0.02), Real(0.06), is_crossing, most_pairs);
+  };
+  const auto find = [&](ContactLists<V>& lists) {
+    lists.MeasureWays([](uint32_t i) { return V{Real(i % 2 == 0 ? 0.01 : -0.01), 0, 0, 0}; });
+    return lists.FindDue(starts, {.guards = true});
+  };
+  ContactLists<V> expected;
+  begin(expected, 1u << 24);
+  expected.Replace(some);
+  ASSERT_TRUE(find(expected));
+  const size_t pairs = expected.pairs().size(), due = expected.due().size();
+  ASSERT_GT(due, 100u);
+
+  ContactLists<V> lists;
+  begin(lists, pairs);
+  lists.Replace(all);
+  EXPECT_FALSE(find(lists));
+  lists.Replace(some);
+  ASSERT_TRUE(find(lists));
+  EXPECT_EQ(lists.due().size(), due);
+}
+
 }  // namespace
 }  // namespace drape::test

@@ -39,6 +39,8 @@ class Deadlines : public testing::Test {
     return (stub_.get()->*method)(&context, request, &response);
   }
 
+  // The client has given up; the server's time began when the request arrived.
+  static void AwaitTheServersDeadline() { std::this_thread::sleep_for(milliseconds(100)); }
   // Until the server has let go of all step requests.
   void AwaitEmptyQueue() {
     while (server_.scheduler().counters().queued_requests > 0) std::this_thread::yield();
@@ -57,6 +59,7 @@ TEST_F(Deadlines, AStepThatWaitsTooLongIsNeverDone) {
     const v1::Cloth before = Get(*stub_, session_, ids[0]);
     server_.scheduler().HoldForTest();
     EXPECT_EQ(Hurried(&Stub::Step, request).error_code(), grpc::StatusCode::DEADLINE_EXCEEDED);
+    AwaitTheServersDeadline();
     server_.scheduler().ReleaseForTest();
     AwaitEmptyQueue();
     EXPECT_EQ(server_.scheduler().counters().rounds, before.step()) << "no batch";

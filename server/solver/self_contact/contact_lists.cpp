@@ -124,7 +124,13 @@ bool ContactLists<V>::FindDue(std::span<const V> positions, const Window& window
       const int lane = std::countr_zero(bits);
       Open(static_cast<uint32_t>(begin) + static_cast<uint32_t>(lane), ends[lane], window,
            positions);
-      if (live_pairs_ > most_pairs_) return false;
+      if (live_pairs_ > most_pairs_) {
+        // Nobody will look at what was due: all lists are opened again when there is room.
+        for (Numbers* numbers : {&next_, &next_guarded_}) {
+          std::fill_n(numbers->begin(), lists_.size(), kLeast);
+        }
+        return false;
+      }
     }
   }
   return true;

@@ -56,9 +56,12 @@ ContactSurface::ContactSurface(const SceneModel& model)
     rest_positions_.push_back(self_contact::ToVector<Vector3d>(p));
   }
   for (const auto& [i, j, k] : triangles_) {
-    rest_double_areas_.push_back(self_contact::Length(
-        self_contact::Cross(Vector3d(rest_positions_[j] - rest_positions_[i]),
-                            Vector3d(rest_positions_[k] - rest_positions_[i]))));
+    const Vector3d to_j = rest_positions_[j] - rest_positions_[i];
+    const Vector3d to_k = rest_positions_[k] - rest_positions_[i];
+    const double longest = std::max({self_contact::Length(to_j), self_contact::Length(to_k),
+                                     self_contact::Length(Vector3d(to_k - to_j))});
+    const double double_area = self_contact::Length(self_contact::Cross(to_j, to_k));
+    rest_heights_.push_back(longest > 0 ? double_area / longest : 0);
   }
   FindEdges();
   GrowPatches();
@@ -91,7 +94,7 @@ void ContactSurface::Append(const SurfaceMember& member) {
   particle_members_.insert(particle_members_.end(), from.particle_count(), size(touches_itself_));
   touches_itself_.push_back(member.touches_itself);
   append(rest_positions_, from.rest_positions_);
-  append(rest_double_areas_, from.rest_double_areas_);
+  append(rest_heights_, from.rest_heights_);
   append(rest_boxes_, from.rest_boxes_);
   for (const auto& [i, j, k] : from.triangles_) {
     triangles_.push_back({particle + i, particle + j, particle + k});

@@ -113,8 +113,8 @@ class ContactSurface {
     return self_contact::AreNear(rest_boxes_[patch], rest_boxes_[other],
                                  self_contact::Splat<self_contact::Vector3d>(distance_m));
   }
-  // Twice the area of a triangle in the rest shape [m^2].
-  double rest_double_area_m2(uint32_t triangle) const { return rest_double_areas_[triangle]; }
+  // Height of a triangle above its longest edge in the rest shape [m].
+  double rest_height_m(uint32_t triangle) const { return rest_heights_[triangle]; }
 
  private:
   static constexpr uint32_t kSeveral = UINT32_MAX;  // a node above those of several members
@@ -137,7 +137,7 @@ class ContactSurface {
 
   std::vector<self_contact::Vector3d> rest_positions_;
   std::vector<std::array<uint32_t, 3>> triangles_;
-  std::vector<double> rest_double_areas_;
+  std::vector<double> rest_heights_;
   std::vector<std::array<uint32_t, 2>> edges_;
   std::vector<ContactPatch> patches_;
   std::vector<self_contact::Box<self_contact::Vector3d>> rest_boxes_;  // [patch_count]

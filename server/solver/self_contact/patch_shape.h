@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <span>
 
 #include "server/solver/self_contact/contact_surface.h"
@@ -13,7 +14,7 @@ namespace drape::self_contact {
 // Neighbouring patches lie flat if in their surroundings (patches that share a vertex with one of
 // them, and themselves) no normal is farther than this from its patch's axis, and no axis from
 // theirs [-, cosine]: 19 degrees each. What does not share a vertex is then apart
-// by at least kFlatShare of its distance in the rest shape, times the share of the area that is
+// by at least kFlatShare of its distance in the rest shape, times the share of the height that is
 // left of the triangle that lost most (shear brings rows together) [-]. Larger shares: pairs of
 // folds are missed; smaller ones: pairs of flat cloth are looked at in vain.
 inline constexpr double kFlatCosine = 0.945;
@@ -24,7 +25,8 @@ template <class V>
 struct PatchShape {
   V axis;                  // mean of the normals of its triangles, a unit vector
   ScalarOf<V> min_cosine;  // of a normal and its axis, and of an axis and that of the patch
-  ScalarOf<V> area_share;  // smallest area of a triangle over that at rest
+  // Smallest height of a triangle, above its longest edge, over that at rest; at most 1.
+  ScalarOf<V> height_share;
 };
 
 template <class V>
@@ -35,14 +37,18 @@ PatchShape<V> ShapeOf(const ContactSurface& surface, const ContactPatch& patch,
   std::array<V, 16> normals{};
   size_t count = 0;
   V sum{};
-  result.area_share = 1;
+  result.height_share = 1;
   for (const uint32_t t : surface.triangles_of(patch)) {
     const auto& [i, j, k] = surface.triangles()[t];
     const V a = positions[i];
-    const V cross = Cross(V(positions[j] - a), V(positions[k] - a));
+    const V to_j = positions[j] - a, to_k = positions[k] - a, across = to_k - to_j;
+    const V cross = Cross(to_j, to_k);
     const Real double_area = Length(cross);
-    const auto rest = static_cast<Real>(surface.rest_double_area_m2(t));
-    result.area_share = std::min(result.area_share, rest > 0 ? double_area / rest : Real{0});
+    const Real longest =
+        std::sqrt(std::max({SquaredLength(to_j), SquaredLength(to_k), SquaredLength(across)}));
+    const auto rest_m = static_cast<Real>(surface.rest_height_m(t));
+    const Real unit = rest_m * longest;
+    result.height_share = std::min(result.height_share, unit > 0 ? double_area / unit : Real{0});
     normals[count] = double_area > 0 ? V(cross / double_area) : V{};
     sum += normals[count++];
   }
@@ -61,7 +67,7 @@ template <class V>
 void AddToSurroundings(PatchShape<V>& surroundings, const PatchShape<V>& other) {
   surroundings.min_cosine =
       std::min({surroundings.min_cosine, other.min_cosine, Dot(surroundings.axis, other.axis)});
-  surroundings.area_share = std::min(surroundings.area_share, other.area_share);
+  surroundings.height_share = std::min(surroundings.height_share, other.height_share);
 }
 
 // How far primitives without a common vertex of two neighbouring patches are apart at least, by
@@ -73,7 +79,7 @@ ScalarOf<V> FlatGap(const PatchShape<V>& a, const PatchShape<V>& b, double rest_
   const bool is_flat =
       std::min(a.min_cosine, b.min_cosine) > kCosine && Dot(a.axis, b.axis) > kCosine;
   if (!is_flat) return 0;
-  return static_cast<Real>(kFlatShare * rest_gap_m) * std::min(a.area_share, b.area_share);
+  return static_cast<Real>(kFlatShare * rest_gap_m) * std::min(a.height_share, b.height_share);
 }
 
 }  // namespace drape::self_contact
