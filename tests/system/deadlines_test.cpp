@@ -101,6 +101,7 @@ TEST_F(Deadlines, AStreamThatWaitsTooLongIsNeverDone) {
   v1::StepResponse response;
   EXPECT_FALSE(stream->Read(&response));
   EXPECT_EQ(stream->Finish().error_code(), grpc::StatusCode::DEADLINE_EXCEEDED);
+  AwaitTheServersDeadline();
   server_.scheduler().ReleaseForTest();
   AwaitEmptyQueue();
   EXPECT_EQ(server_.scheduler().counters().rounds, 0u);
