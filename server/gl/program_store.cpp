@@ -86,7 +86,8 @@ void DeleteOldest(const fs::path& folder, uint64_t max_bytes) {
   std::error_code error;
   for (const fs::directory_entry& entry : fs::directory_iterator(folder, error)) {
     if (entry.path().extension() != kExtension) continue;
-    const File file{entry.last_write_time(error), entry.file_size(error), entry.path()};
+    File file{{}, entry.file_size(error), entry.path()};
+    if (!error) file.used = entry.last_write_time(error);
     if (error) continue;  // another process has just deleted it
     files.push_back(file);
     sum += file.bytes;
@@ -161,8 +162,9 @@ void ProgramStore::Keep(const std::string& text, const ProgramBinary& binary) co
   Put(bytes, Hash(bytes));
   static std::atomic<uint32_t> number = 0;
   const fs::path path = PathOf(text);
-  fs::path draft = path;
-  draft += "." + std::to_string(getpid()) + "." + std::to_string(++number);
+  fs::path draft = path;  // what a crash leaves goes in time as the programs do
+  draft.replace_extension("." + std::to_string(getpid()) + "." + std::to_string(++number) +
+                          kExtension);
   std::ofstream file(draft, std::ios::binary);
   file.write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
   file.close();

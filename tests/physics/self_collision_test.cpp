@@ -5,14 +5,13 @@
 #include <random>
 
 #include "tests/physics/physics_test.h"
+#include "tests/physics/touching.h"
 
 namespace drape::test {
 namespace {
 
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
-
-constexpr double kThickness_m = 0.004;
 
 // gl refuses such cloths.
 class SelfCollision : public PhysicsTest {
@@ -38,15 +37,6 @@ class SelfCollision : public PhysicsTest {
 INSTANTIATE_TEST_SUITE_P(Backends, SelfCollision, ::testing::Values("reference", "cpu"),
                          [](const auto& case_info) { return std::string(case_info.param); });
 
-void TouchItself(Scene& scene, double friction = 0.3, uint32_t substeps = 20) {
-  scene.parameters.settings = PresetSettings(Preset::kRealtime);
-  scene.parameters.settings.substeps = substeps;
-  scene.parameters.settings.sleep_motion_m = 0;
-  scene.parameters.friction_static = scene.parameters.friction_dynamic = friction;
-  scene.parameters.thickness_m = kThickness_m;
-  scene.parameters.self_collision = drape::SelfCollision{};
-}
-
 // Moves and turns the state, and shakes it by a tenth of a millimetre.
 void Place(Scene& scene, const Matrix3d& rotation, const Vector3d& shift, uint32_t seed) {
   std::mt19937 random(seed);
@@ -65,7 +55,8 @@ const Collider kFloor = PlaneThrough(Vector3d::Zero(), Vector3d::UnitY());
 TEST_P(SelfCollision, ASheetDroppedOnItsEdgeFoldsWithoutCrossing) {
   for (const uint32_t substeps : {10u, 52u}) {
     Scene scene = Grid(15, 15, 0.6, 0.6);
-    TouchItself(scene, 0.3, substeps);
+    Touch(scene, 0.3, substeps);
+    TouchItself(scene);
     scene.parameters.colliders = {kFloor};
     Place(scene, Turned(1.52, Vector3d::UnitX()), Vector3d(0, 0.7, 0), 1);
     const StepReport report = StepWithoutCrossing(Make(scene), scene, 70);
@@ -75,7 +66,8 @@ TEST_P(SelfCollision, ASheetDroppedOnItsEdgeFoldsWithoutCrossing) {
 
 TEST_P(SelfCollision, ASheetDrapedOverASphereThatVanishesPilesUp) {
   Scene scene = MeshedGrid(15, 15, 0.8, 0.8);
-  TouchItself(scene, 0.3, 10);
+  Touch(scene, 0.3, 10);
+  TouchItself(scene);
   scene.parameters.colliders = {kFloor, SphereAt(Vector3d(0.4, 0.4, 0.4), 0.15)};
   Place(scene, Matrix3d::Identity(), Vector3d(0, 0.56, 0), 2);
   const ClothHandle cloth = Make(scene);
@@ -91,7 +83,8 @@ TEST_P(SelfCollision, ASheetDrapedOverASphereThatVanishesPilesUp) {
 TEST_P(SelfCollision, HardHitsStrainLittle) {
   constexpr double kBar = 0.03;
   Scene scene = Grid(32, 32, 1, 1);
-  TouchItself(scene, 0.3, 52);
+  Touch(scene, 0.3, 52);
+  TouchItself(scene);
   scene.parameters.self_collision->thickness_m = 0.003;
   scene.parameters.colliders = {kFloor, SphereAt(Vector3d(0.52, 0.5, 0.49), 0.15)};
   Place(scene, Matrix3d::Identity(), Vector3d(0, 0.68, 0), 7);
@@ -142,7 +135,8 @@ TEST_P(SelfCollision, ATubeTwistedByATurnDoesNotCross) {
   constexpr uint32_t kColumns = 16, kRows = 14, kSteps = 60;
   constexpr double kLength_m = 0.6;
   Scene scene = Tube(kColumns, kRows, 0.08, kLength_m);
-  TouchItself(scene, 0.2, 20);
+  Touch(scene, 0.2, 20);
+  TouchItself(scene);
   const ClothHandle cloth = Make(scene);
   for (uint32_t step = 1; step <= kSteps; ++step) {
     const double share = double(step) / kSteps;
@@ -164,7 +158,8 @@ TEST_P(SelfCollision, ATubeTwistedByATurnDoesNotCross) {
 // A plate comes down on a heap at 1 m/s, to less than the heap is thick.
 TEST_P(SelfCollision, AFoldedSheetPressedByAPlateDoesNotCross) {
   Scene scene = Grid(13, 13, 0.4, 0.4);
-  TouchItself(scene, 0.3, 20);
+  Touch(scene, 0.3, 20);
+  TouchItself(scene);
   scene.parameters.colliders = {kFloor, BoxAt(Vector3d(0.2, 0.7, 0.2), Vector3d(0.5, 0.1, 0.5))};
   scene.parameters.collider_motions.resize(2);
   scene.parameters.collider_motions[1] = RigidMotion::AtRest(Vector3d(0.2, 0.7, 0.2));
@@ -190,7 +185,8 @@ void DropAtRandom(const std::function<void(const Scene&, uint32_t steps)>& play,
     Scene scene = seed % 2 == 0 ? Grid(columns, rows, width_m, between(0.2, 1.5))
                                 : MeshedGrid(columns, rows, width_m, width_m);
     scene.name = "seed " + std::to_string(seed);
-    TouchItself(scene, between(0, 0.6), std::array{10u, 20u, 52u}[seed % 3]);
+    Touch(scene, between(0, 0.6), std::array{10u, 20u, 52u}[seed % 3]);
+    TouchItself(scene);
     scene.parameters.self_collision->thickness_m = between(0.001, 0.01);
     scene.parameters.settings.time_step_s = std::array{1.0 / 60, 1.0 / 30, 1.0 / 100}[seed % 5 % 3];
     const double far_m = seed % 4 == 0 ? 30 : 0;  // from the origin
@@ -224,7 +220,8 @@ TEST_P(SelfCollisionLong, RandomDropsDoNotCross) {
 TEST_P(SelfCollision, ACrumplingSheetKeepsItsMomentumAndGainsNoEnergy) {
   for (const double speed : {2.0, 20.0, 100.0}) {
     Scene scene = Grid(12, 12, 0.5, 0.5);
-    TouchItself(scene, 0.4, 20);
+    Touch(scene, 0.4, 20);
+    TouchItself(scene);
     scene.parameters.gravity_m_per_s2.setZero();
     std::mt19937 random(5);
     std::uniform_real_distribution<double> component(-speed, speed);
@@ -296,14 +293,15 @@ double MeanHeight(const ParticleState& state, uint32_t layer, uint32_t per_layer
 
 TEST_P(SelfCollision, LayersRestOneThicknessApart) {
   constexpr uint32_t kLayers = 5, kSide = 7;
-  Scene scene = Layers(kLayers, kSide, 0.3, 1.5 * kThickness_m, true);
-  TouchItself(scene, 0.5, 52);
+  Scene scene = Layers(kLayers, kSide, 0.3, 1.5 * kLayerThickness_m, true);
+  Touch(scene, 0.5, 52);
+  TouchItself(scene);
   const ClothHandle cloth = Make(scene);
   StepWithoutCrossing(cloth, scene, 90);
   const ParticleState state = ReadState(backend(), cloth);
   for (uint32_t layer = 1; layer < kLayers; ++layer) {
-    EXPECT_NEAR(MeanHeight(state, layer, kSide * kSide), layer * kThickness_m,
-                0.01 * layer * kThickness_m)
+    EXPECT_NEAR(MeanHeight(state, layer, kSide * kSide), layer * kLayerThickness_m,
+                0.01 * layer * kLayerThickness_m)
         << "layer " << layer;
   }
 }
@@ -315,9 +313,10 @@ TEST_P(SelfCollision, ALayerSticksBelowItsFrictionAndSlidesAboveIt) {
   constexpr double kMargin = 0.02;
   for (const double share : {1 - kMargin, 1 + kMargin}) {
     // Described farther apart, so that they count as apart in the rest shape.
-    Scene scene = Layers(2, kSide, 0.2, 2 * kThickness_m, true);
+    Scene scene = Layers(2, kSide, 0.2, 2 * kLayerThickness_m, true);
     for (Vector3d& p : scene.state.positions_m) p.y() /= 2;
-    TouchItself(scene, 0, 52);
+    Touch(scene, 0, 52);
+    TouchItself(scene);
     scene.parameters.self_collision->friction_static = kFriction;
     scene.parameters.self_collision->friction_dynamic = kFriction;
     const double slope = std::atan(kFriction * share);
@@ -344,7 +343,8 @@ TEST_P(SelfCollision, ALayerSticksBelowItsFrictionAndSlidesAboveIt) {
 
 TEST_P(SelfCollision, WhatStartsCrossingStaysWholeAndWarns) {
   Scene scene = Layers(2, 8, 0.3, 0, false);
-  TouchItself(scene, 0.3, 20);
+  Touch(scene, 0.3, 20);
+  TouchItself(scene);
   scene.parameters.colliders = {kFloor};
   for (size_t i = 0; i < scene.state.positions_m.size(); ++i) {
     Vector3d& p = scene.state.positions_m[i];
@@ -363,6 +363,7 @@ TEST_P(SelfCollision, WhatStartsCrossingStaysWholeAndWarns) {
 // Where nothing comes near, the cloth is what it is without self-collision, to the bit.
 TEST_P(SelfCollision, ChangesNoBitWhereNothingIsNear) {
   Scene scene = Grid(12, 12, 1, 1, {0, 11});
+  Touch(scene);
   TouchItself(scene);
   Stir(scene, 0.5);
   Scene plain = scene;

@@ -5,6 +5,7 @@
 
 #include "server/solver/solver_constants.h"
 #include "tests/physics/physics_test.h"
+#include "tests/physics/touching.h"
 #include "tests/support/worlds/worlds.h"
 
 namespace drape::test {
@@ -13,7 +14,6 @@ namespace {
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
-constexpr double kThickness_m = 0.004;
 const Collider kFloor = PlaneThrough(Vector3d::Zero(), Vector3d::UnitY());
 
 // gl refuses worlds.
@@ -36,18 +36,6 @@ class Worlds : public PhysicsTest {
 };
 INSTANTIATE_TEST_SUITE_P(Backends, Worlds, ::testing::Values("reference", "cpu"),
                          [](const auto& case_info) { return std::string(case_info.param); });
-
-void Touch(Scene& scene, double friction = 0.3, uint32_t substeps = 20) {
-  scene.parameters.settings = PresetSettings(Preset::kRealtime);
-  scene.parameters.settings.substeps = substeps;
-  scene.parameters.settings.sleep_motion_m = 0;
-  scene.parameters.friction_static = scene.parameters.friction_dynamic = friction;
-  scene.parameters.thickness_m = kThickness_m;
-}
-
-void TouchItself(Scene& scene) {
-  scene.parameters.self_collision = drape::SelfCollision{};
-}
 
 void Move(Scene& scene, const Vector3d& shift, const Vector3d& velocity = Vector3d::Zero()) {
   for (Vector3d& p : scene.state.positions_m) p += shift;
@@ -198,7 +186,7 @@ class SheetOnSheet : public Worlds {
       factor = 1 / factor;
       scene->parameters.gravity_m_per_s2 = 9.81 * Vector3d(std::sin(angle), -std::cos(angle), 0);
     }
-    Move(upper, {0.013, kThickness_m, 0.021}, {slope.start_speed_m_per_s, 0, 0});
+    Move(upper, {0.013, kLayerThickness_m, 0.021}, {slope.start_speed_m_per_s, 0, 0});
     ClothWorld world(backend(), 1, {lower, upper});
     const auto place = [&] {
       double sum = 0;

@@ -58,6 +58,18 @@ def sessions(bench):
             bench.add("sessions", f"{clients} x 8 cloths", **latency(level), p99_per_p50=level["p99_ms"] / level["p50_ms"])
 
 
+def requests(bench):
+    """What requests cost beside steps: 64 clients with one cloth of four particles each. The server's processor time is that of
+    all its threads."""
+    count = 500 if bench.is_quick else 40_000
+    with Draped() as server:
+        flags = ("--side", 2, "--concurrency-range=64", "-r", 1, "-p", 3_600_000)
+        load(server, *flags, f"--request-count={count // 10}")
+        before_s = server.processor_s()
+        level = load(server, *flags, f"--request-count={count}")
+        bench.add("requests", "64 x 1 cloth", server_us=1e6 * (server.processor_s() - before_s) / count, **latency(level))
+
+
 def viewers(bench):
     """Steps per second with viewers that read, that do not, and that vanish, in turn with none."""
     kinds = {"none": (), "4 at 50 Hz": ("--viewers", 4), "4 that do not read": ("--stalled-viewers", 4)}
@@ -261,7 +273,7 @@ def settled_bytes(folder):
 
 
 PARTS = {part.__name__: part
-         for part in (sessions, viewers, stalled, neighbours, fairness, memory, floods, restart, traffic)}
+         for part in (sessions, requests, viewers, stalled, neighbours, fairness, memory, floods, restart, traffic)}
 
 
 def table(rows):
