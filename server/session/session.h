@@ -217,6 +217,8 @@ class Session : public std::enable_shared_from_this<Session> {
   Status Keep(const std::string& name, std::shared_ptr<const SavedStates> saved);
   // INVALID_ARGUMENT where the backend has no self-collision but a cloth `touches_itself`.
   Status CheckSelfCollision(bool touches_itself) const;
+  // INVALID_ARGUMENT where the backend has no bodies but one of the colliders is one.
+  Status CheckBodies(std::span<const Collider> colliders) const;
   Status Adopt(std::vector<SavedCloth>& cloths);
   Result<std::vector<LoadPair>> PairsOf(const SavedStates& saved, std::span<const ClothId> into,
                                         std::span<const ClothId> from) const;
