@@ -8,8 +8,8 @@
 namespace drape {
 
 struct BodyMass {
-  double mass_kg = 0;                                    // > 0
-  Eigen::Vector3d centre_m = Eigen::Vector3d::Zero();    // centre of mass, as described
+  double mass_kg = 0;                                     // > 0
+  Eigen::Vector3d centre_m = Eigen::Vector3d::Zero();     // centre of mass, as described
   Eigen::Matrix3d inertia = Eigen::Matrix3d::Identity();  // about it, axes as described [kg m^2]
 };
 
