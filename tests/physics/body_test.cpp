@@ -409,9 +409,9 @@ INSTANTIATE_TEST_SUITE_P(
     testing::Combine(testing::ValuesIn(BackendsWithBodies()),
                      testing::Values(Catch{0.01, 0.02, 0.02}, Catch{0.1, 0.05, 0.02},
                                      Catch{1, 0.15, 0.02}, Catch{3, 0.15, 0.05})),
-    [](const auto& info) {
-      const double ratio = std::get<1>(info.param).ratio;
-      return std::get<0>(info.param) + "_" + std::to_string(std::lround(1000 * ratio));
+    [](const auto& one) {
+      const double ratio = std::get<1>(one.param).ratio;
+      return std::get<0>(one.param) + "_" + std::to_string(std::lround(1000 * ratio));
     });
 
 }  // namespace
