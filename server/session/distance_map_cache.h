@@ -40,7 +40,8 @@ class DistanceMapCache {
 // Thread-safe.
 class DistanceMapCaches {
  public:
-  // Lives as long as somebody holds it. `tenant`: empty for all sessions of a server without tokens.
+  // Lives as long as somebody holds it. `tenant`: empty for all sessions of a server without
+  // tokens.
   std::shared_ptr<DistanceMapCache> Of(const std::string& tenant);
 
  private:
