@@ -143,10 +143,6 @@ void AddContact(CLI::App& app, CommandLine& line) {
       ->check(CLI::PositiveNumber);
   contact->add_option("--substeps", options.substeps)->delimiter(',')->check(CLI::PositiveNumber);
   contact->add_option("--thickness-m", options.thickness_m)->check(CLI::PositiveNumber);
-  contact->add_option("--plays", options.plays, "folder for the scenes, for other programs")
-      ->check(CLI::ExistingDirectory);
-  contact->add_option("--peers", options.peers, "only measure what other programs made of them")
-      ->check(CLI::ExistingDirectory);
 }
 
 // The command that repeats the measurement; without options that only describe it.

@@ -45,13 +45,12 @@ def commit_of(folder):
     return subprocess.run(["git", "-C", folder, "rev-parse", "HEAD"], check=True, capture_output=True, text=True).stdout.strip()
 
 
-def build(source, folder, main):
-    """The program of the file `main`, with the library."""
+def build(source, folder):
     library = source / "NvCloth"
     files = [*sorted((library / "src").glob("*.cpp")), library / "src/ps/unix/PsUnixAtomic.cpp", *sorted((library / "extensions/src").glob("*.cpp"))]
     includes = [f"-I{path}" for path in (library / "include", library / "extensions/include", library / "src", library / "extensions/src",
                                          source / "PxShared/include")]
-    jobs = [(file, LIBRARY_FLAGS) for file in files] + [(main, ["-std=c++20", "-w"])]
+    jobs = [(file, LIBRARY_FLAGS) for file in files] + [(HERE.parent / "nvcloth_sheets.cpp", ["-std=c++20", "-w"])]
     folder.mkdir(parents=True, exist_ok=True)
 
     def compile_one(job):
@@ -60,7 +59,7 @@ def build(source, folder, main):
 
     with concurrent.futures.ThreadPoolExecutor(os.cpu_count()) as pool:
         list(pool.map(compile_one, jobs))
-    program = folder / main.stem
+    program = folder / "nvcloth_sheets"
     subprocess.run(["g++", *(folder / (file.stem + ".o") for file, _ in jobs), "-o", program], check=True)
     return program
 
@@ -89,22 +88,17 @@ def measure(program, path):
                 print(*values, flush=True)
 
 
-def source_of(checkout_folder=None):
-    """The library's sources at COMMIT: those of the checkout, or from git. The second of two folders is for what is built."""
-    out = HERE.parents[2] / "out" / "nvcloth"
-    out.mkdir(parents=True, exist_ok=True)
-    source = pathlib.Path(checkout_folder).resolve() if checkout_folder else checkout(out / "source")
-    commit = commit_of(source)
-    if not (commit or "").startswith(COMMIT):
-        sys.exit(f"{source} is at {commit or 'no commit of git'}: it must be a checkout of {URL} at {COMMIT}")
-    return source, out / "build"
-
-
 def main():
     folder = pathlib.Path(sys.argv[1])
     if not folder.is_dir():
         sys.exit(f"no folder {folder}: RESULTS_DIR is where ./run bench speed wrote its tables")
-    measure(build(*source_of(*sys.argv[2:]), HERE.parent / "nvcloth_sheets.cpp"), folder / "speed_nvcloth.csv")
+    out = HERE.parents[2] / "out" / "nvcloth"
+    out.mkdir(parents=True, exist_ok=True)
+    source = pathlib.Path(sys.argv[2]).resolve() if len(sys.argv) == 3 else checkout(out / "source")
+    commit = commit_of(source)
+    if not (commit or "").startswith(COMMIT):
+        sys.exit(f"{source} is at {commit or 'no commit of git'}: it must be a checkout of {URL} at {COMMIT}")
+    measure(build(source, out / "build"), folder / "speed_nvcloth.csv")
 
 
 if __name__ == "__main__":

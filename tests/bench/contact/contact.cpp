@@ -7,7 +7,6 @@
 
 #include "server/solver/cpu/cpu_backend.h"
 #include "tests/bench/contact/contact_scenes.h"
-#include "tests/bench/contact/peer_plays.h"
 #include "tests/bench/quantiles.h"
 
 namespace drape::bench {
@@ -152,11 +151,6 @@ void MeasureContact(Bench& bench, ContactOptions options) {
     options.counts = {1, 2};
     options.substeps = {5};
   }
-  if (!options.peers.empty()) {
-    const ContactPlayOptions of_peers{options.sides.front(), options.substeps.front(),
-                                      options.thickness_m};
-    return MeasurePeers(bench, options.peers, of_peers);
-  }
   ContactTables tables(bench);
   for (const uint32_t count : options.counts) {
     for (const uint32_t side : options.sides) {
@@ -167,7 +161,6 @@ void MeasureContact(Bench& bench, ContactOptions options) {
           const auto& wanted = options.scenes;
           if (!wanted.empty() && std::find(wanted.begin(), wanted.end(), play.name) == wanted.end())
             continue;
-          if (!options.plays.empty()) WritePlay(play, options.plays);
           if (!bench.StartRow(play.name + ", " + std::to_string(count) + " cloths")) return;
           tables.Play(play, play_options, count);
         }

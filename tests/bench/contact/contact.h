@@ -15,8 +15,6 @@ struct ContactOptions {
   std::vector<uint32_t> counts = {1, 64};  // of cloths; several only of the first size
   std::vector<uint32_t> substeps = {52};
   double thickness_m = 0.003;
-  std::string plays;  // a folder: the scenes are also written there, for other programs
-  std::string peers;  // a folder: only what other programs made of the scenes is measured
 };
 // -> contact.csv and contact_frames.csv: on the backend cpu with one thread, each cloth beside the
 // same one without self-collision, frame by frame in turn. Times are of the thread, so that other
