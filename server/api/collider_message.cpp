@@ -193,6 +193,13 @@ std::vector<Collider> CheckColliders(
                        return "has " + std::to_string(mesh_count) + " meshes, at most " +
                               std::to_string(limits.max_mesh_colliders_per_cloth) + " are allowed";
                      });
+  const auto body_count = std::count_if(colliders.begin(), colliders.end(), [](const auto& c) {
+    return c.has_mass_kg() || c.has_density_kg_per_m3();
+  });
+  violations.Require(static_cast<uint64_t>(body_count) <= limits.max_bodies_per_cloth, path, [&] {
+    return "has " + std::to_string(body_count) + " with a mass, at most " +
+           std::to_string(limits.max_bodies_per_cloth) + " are allowed";
+  });
   for (int k = 0; k < colliders.size(); ++k) {
     const FieldPath here = path.At(k);
     if (colliders[k].has_transform() && !colliders[k].has_mesh()) {

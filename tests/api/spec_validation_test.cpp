@@ -282,6 +282,16 @@ INSTANTIATE_TEST_SUITE_P(
                       }
                     },
                     "spec.environment.colliders[1].mass_kg", "a plane has no mass"},
+        BadCreation{"TooManyBodies",
+                    [](auto& r) {
+                      for (int k = 0; k < 17; ++k) {
+                        v1::Collider& c = *Spec(r).mutable_environment()->add_colliders();
+                        Set(c.mutable_sphere()->mutable_center_m(), {0, 0, 1.0 * k});
+                        c.mutable_sphere()->set_radius_m(0.1);
+                        c.set_mass_kg(1);
+                      }
+                    },
+                    "spec.environment.colliders", "has 17 with a mass, at most 16"},
         BadCreation{
             "PivotOfTwoNumbers",
             [](auto& r) {

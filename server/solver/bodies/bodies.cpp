@@ -99,12 +99,7 @@ void Bodies::End() {
 }
 
 std::vector<uint32_t> Bodies::PushedBy(size_t k) const {
-  std::vector<uint32_t> particles;
-  for (const uint32_t i : bodies_[k].contacts.touched()) {
-    if (bodies_[k].contacts.HasPushed(i)) particles.push_back(i);
-  }
-  std::ranges::sort(particles);
-  return particles;
+  return bodies_[k].contacts.Pushed();
 }
 
 void Bodies::Correct(size_t k, const bodies::Particle& particle, const Vector3d& p, Vector3d& v) {

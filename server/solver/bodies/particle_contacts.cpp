@@ -11,15 +11,26 @@ namespace drape::bodies {
 using Eigen::Vector3d;
 
 void ParticleContacts::Begin() {
-  for (const uint32_t i : touched_) contacts_[i] = {};
-  touched_.clear();
+  for (const Contact& contact : contacts_) places_[contact.particle] = 0;
+  contacts_.clear();
 }
 
-ParticleContacts::Contact& ParticleContacts::Touch(uint32_t particle) {
-  Contact& contact = contacts_[particle];
-  if (!contact.is_touched) touched_.push_back(particle);
-  contact.is_touched = true;
-  return contact;
+ParticleContacts::Contact& ParticleContacts::ContactOf(uint32_t particle) {
+  uint32_t& place = places_[particle];
+  if (place == 0) {
+    contacts_.push_back({.particle = particle});
+    place = static_cast<uint32_t>(contacts_.size());
+  }
+  return contacts_[place - 1];
+}
+
+std::vector<uint32_t> ParticleContacts::Pushed() const {
+  std::vector<uint32_t> particles;
+  for (const Contact& contact : contacts_) {
+    if (contact.normal > 0) particles.push_back(contact.particle);
+  }
+  std::ranges::sort(particles);
+  return particles;
 }
 
 void ParticleContacts::Predict(const PlacedCollider& body, const BodyNumbers& numbers,
@@ -28,7 +39,7 @@ void ParticleContacts::Predict(const PlacedCollider& body, const BodyNumbers& nu
   const Vector3d relative = v - body.start.VelocityAt(p);
   // Both fall.
   const double rebound = ReboundSpeed(distance - numbers.thickness_m, relative.dot(n), 0, numbers);
-  if (rebound > 0) Touch(particle).rebound = rebound;
+  if (rebound > 0) ContactOf(particle).rebound = rebound;
 }
 
 void ParticleContacts::Apply(PlacedCollider& body, const Particle& particle,
@@ -58,14 +69,14 @@ double ParticleContacts::Solve(PlacedCollider& body, const BodyNumbers& numbers,
   const Vector3d& p = particle.start_m;
   const auto [distance, n] = body.SurfaceAtEnd(p + seconds * u);
   double gap = distance - numbers.thickness_m;
-  const bool has_pushed = contacts_[particle.index].normal > 0;
+  const bool has_pushed = HasPushed(particle.index);
   if (gap >= 0 && !has_pushed) return 0;
   const double start_gap = body.SurfaceAtStart(p).distance_m - numbers.thickness_m;
   // Of what touched before, rounding of its place is no motion.
   const double touch = kTouchRoundOffs * round_off_ * p.cwiseAbs().sum();
   if (std::abs(start_gap) <= touch) gap = seconds * (u - body.MeanVelocity(p, seconds)).dot(n);
   if (gap >= 0 && !has_pushed) return 0;
-  Contact& contact = Touch(particle.index);
+  Contact& contact = ContactOf(particle.index);
   const Vector3d before = u;
   // From where both start, so that their angular momentum together stays as it is.
   const Vector3d arm_m = p - body.start.position_m;
@@ -83,8 +94,8 @@ double ParticleContacts::Solve(PlacedCollider& body, const BodyNumbers& numbers,
 
 void ParticleContacts::Correct(PlacedCollider& body, const BodyNumbers& numbers,
                                const Particle& particle, const Vector3d& p, Vector3d& v) {
-  Contact& contact = contacts_[particle.index];
-  if (!(contact.normal > 0)) return;
+  if (!HasPushed(particle.index)) return;
+  Contact& contact = ContactOf(particle.index);
   const Vector3d n = body.SurfaceAtEnd(p).outward;
   const Vector3d arm_m = p - body.end.position_m;
   const double change = contact.rebound - (v - body.end.VelocityAt(p)).dot(n);

@@ -22,9 +22,9 @@ struct Particle {
 // light particles move a heavy body as well as few, and the other way round.
 class ParticleContacts {
  public:
-  // `round_off_m_per_m`: of the positions that particles have, relative to their size [-].
+  // `round_off`: of the positions that particles have, relative to their size [-].
   ParticleContacts(size_t particle_count, double round_off)
-      : contacts_(particle_count), round_off_(round_off) {}
+      : places_(particle_count), round_off_(round_off) {}
 
   // A substep begins: nothing touches.
   void Begin();
@@ -39,22 +39,25 @@ class ParticleContacts {
   void Correct(PlacedCollider& body, const BodyNumbers& numbers, const Particle& particle,
                const Eigen::Vector3d& p, Eigen::Vector3d& v);
 
-  // Particles that touched in this substep, in the order in which they first did.
-  const std::vector<uint32_t>& touched() const { return touched_; }
-  bool HasPushed(uint32_t particle) const { return contacts_[particle].normal > 0; }
+  bool HasPushed(uint32_t particle) const {
+    return places_[particle] != 0 && contacts_[places_[particle] - 1].normal > 0;
+  }
+  // Particles that have pushed in this substep, ascending.
+  std::vector<uint32_t> Pushed() const;
   // What the cloth gave to the body in all substeps so far, the moment about its centre.
   const ColliderImpulse& given() const { return given_; }
 
  private:
   // Impulses in this substep [N s].
   struct Contact {
+    uint32_t particle = 0;
     double normal = 0;
     Eigen::Vector3d tangent = Eigen::Vector3d::Zero();
     double rebound = 0;  // [m/s]
-    bool is_touched = false;
   };
 
-  Contact& Touch(uint32_t particle);
+  // Of a particle, a new one if it has none; until the next one is made.
+  Contact& ContactOf(uint32_t particle);
   void Apply(PlacedCollider& body, const Particle& particle, const Eigen::Vector3d& impulse,
              const Eigen::Vector3d& arm_m, Eigen::Vector3d& velocity);
   // Stops what slides at `velocity` beside the normal n, within Coulomb's law for the impulse
@@ -63,8 +66,9 @@ class ParticleContacts {
            Contact& contact, double normal, const Eigen::Vector3d& sliding,
            const Eigen::Vector3d& arm_m, Eigen::Vector3d& velocity);
 
-  std::vector<Contact> contacts_;  // [particle_count]
-  std::vector<uint32_t> touched_;
+  // Few of many particles touch: only those have contacts.
+  std::vector<Contact> contacts_;
+  std::vector<uint32_t> places_;  // [particle_count]: from 1; 0: no contact
   double round_off_;
   ColliderImpulse given_;
 };
