@@ -2,7 +2,8 @@
 environments.
 
 Writes results/MACHINE.md and two tables beside it. With --quick: few calls, results printed only. With --case NAME:
-that comparison alone, printed only; `pictures` is one of pictures, `impulses` of steps that tell their impulses.
+that comparison alone, printed only; `pictures` is one of pictures, `impulses` of steps that tell their impulses,
+`large` of large answers in one message and in chunks.
 """
 
 import argparse
@@ -19,6 +20,7 @@ import time
 import numpy as np
 
 import drape
+from large_answers import large
 from drape import ClothSpec, Grid, Pin, StepSettings
 
 ROOT = pathlib.Path(__file__).resolve().parents[3]
@@ -199,11 +201,11 @@ def write_csv(path, rows):
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--quick", action="store_true")
-    parser.add_argument("--case", choices=[*(case[0] for case in CASES), "pictures", "impulses"], default="")
+    parser.add_argument("--case", choices=[*(case[0] for case in CASES), "pictures", "impulses", "large"], default="")
     arguments = parser.parse_args()
     with drape.launch("cpu") as client:
         device = client.info.device
-        of_case = {"pictures": pictures, "impulses": impulses}.get(arguments.case)
+        of_case = {"pictures": pictures, "impulses": impulses, "large": large}.get(arguments.case)
         clients = of_case(client) if of_case else compare(client, arguments.quick, arguments.case)
     if arguments.case:
         print(f"{device}; load average {os.getloadavg()[0]:.1f}\n\n{table(clients)}")
