@@ -3,7 +3,7 @@ and sheets of other simulators.
 
 Writes results/MACHINE.md and the tables beside it. With --quick: few calls, no other simulators, results printed only.
 With --case NAME: that comparison alone, printed only; `pictures` is one of pictures, `impulses` of steps that tell
-their impulses, `peers` of other simulators.
+their impulses, `viewer` of windows of `drape.viewer`, `peers` of other simulators.
 """
 
 import argparse
@@ -184,6 +184,21 @@ def environments(is_quick):
     return rows
 
 
+def viewer(client):
+    """Rows of windows that play: pictures that reach a browser's socket, which nothing draws, and what one costs."""
+    from viewer_rate import measure  # viser takes a second to import
+
+    rows = []
+    for cloths, side in ((10, SIDE), (1, 8 * SIDE)):
+        spec = sheet()
+        spec.grid.columns = spec.grid.rows = side
+        spec.pins[1].particle = side - 1
+        with client.session() as session:
+            batch = session.create(spec, cloths, origins=[[2.0 * k, 0, 0] for k in range(cloths)])
+            rows.append({"cloths": cloths, "particles": side * side, **measure(batch, cpu_s)})
+    return rows
+
+
 def of_peers(_=None):
     return peers.of_all(PEERS_PYTHON, server_cpu_s)
 
@@ -206,11 +221,11 @@ def write_csv(path, rows):
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--quick", action="store_true")
-    parser.add_argument("--case", choices=[*(case[0] for case in CASES), "pictures", "impulses", "peers"], default="")
+    parser.add_argument("--case", choices=[*(case[0] for case in CASES), "pictures", "impulses", "viewer", "peers"], default="")
     arguments = parser.parse_args()
     with drape.launch("cpu") as client:
         device = client.info.device
-        of_case = {"pictures": pictures, "impulses": impulses, "peers": of_peers}.get(arguments.case)
+        of_case = {"pictures": pictures, "impulses": impulses, "viewer": viewer, "peers": of_peers}.get(arguments.case)
         clients = of_case(client) if of_case else compare(client, arguments.quick, arguments.case)
     if arguments.case:
         print(f"{device}; load average {os.getloadavg()[0]:.1f}\n\n{table(clients)}")
