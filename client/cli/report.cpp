@@ -50,11 +50,11 @@ Json SampleJson(const v1::StepReport& sample, double time_step_s) {
                {"iterations", sample.iterations()},
                {"max_residual_m", sample.max_residual_m()},
                {"near_pairs", sample.near_pairs()},
+               // null: nothing is near.
+               {"smallest_distance_m", sample.has_smallest_distance_m()
+                                           ? Json(sample.smallest_distance_m())
+                                           : Json(nullptr)},
                {"crossings", sample.crossings()}};
-  // Only where the cloth is near itself.
-  if (sample.has_smallest_distance_m()) {
-    json["smallest_distance_m"] = sample.smallest_distance_m();
-  }
   // Only of cloths with a frame budget.
   if (sample.iteration_cap() > 0) json["iteration_cap"] = sample.iteration_cap();
   if (sample.asleep()) json["asleep"] = true;
