@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "server/solver/cpu/alone/self_contacts.h"
 #include "server/solver/cpu/side_by_side/group_step.h"
 
 namespace drape::cpu {
@@ -18,6 +19,12 @@ void SetLengthTargets(Cloth& cloth, std::span<const double> rest_lengths_m) {
 void CheckMotionCount(const ClothParameters& parameters) {
   const size_t count = parameters.collider_motions.size();
   DRAPE_CHECK(count == 0 || count == parameters.colliders.size(), "one motion per collider");
+}
+
+// Of a cloth that touches itself: whether a step in lanes, without contacts, is worth a try.
+bool MayBeApart(const Cloth& cloth) {
+  return cloth.was_apart && !cloth.may_cross_itself &&
+         cloth.scheme->controls.plan.solver.has_two_steps;
 }
 
 // Empty: they go on.
@@ -76,6 +83,7 @@ void SetScheme(Cloth& cloth) {
 
 void EndSelfContacts(Cloth& cloth, const StepReport& report, const StepScratch& scratch) {
   cloth.may_cross_itself = report.warnings.starts_crossing || scratch.self_contacts_failed;
+  cloth.was_apart = cloth.contact_surface != nullptr && FoundNoContacts(scratch);
 }
 
 std::optional<OwnLengths> ToOwnLengths(std::span<const double> rest_lengths_m,
@@ -113,7 +121,8 @@ void EndStep(Cloth& cloth, const StepReport& report) {
 
 bool ClothFitsLanes(const Cloth& cloth) {
   return cloth.fault == FaultReason::kNone && !cloth.own_lengths &&
-         FitsLanes(*cloth.model, cloth.scheme->controls);
+         FitsLanes(*cloth.model, cloth.scheme->controls) &&
+         (cloth.contact_surface == nullptr || MayBeApart(cloth));
 }
 
 }  // namespace drape::cpu

@@ -15,6 +15,10 @@ constexpr double kReachSubsteps = 12;
 constexpr double kReachMargin = 1.05;
 constexpr double kMinReach = 0.2;
 constexpr double kMaxReach = 0.2;
+// Neighbours that have no pairs are valid for at most this share of an edge [-]: a crease keeps
+// them from being flat, but seldom brings them near. Larger: more pairs whose distance has to be
+// found; smaller: such lists are made more often.
+constexpr double kFarReach = 0.5;
 
 template <class V>
 V LoadFour(const ScalarOf<V>* numbers) {
@@ -181,6 +185,7 @@ void ContactLists<V>::Remake(uint32_t l, Real least_reach) {
                                static_cast<Real>(kMinReach) * thickness,
                                static_cast<Real>(kReachMargin) * least_reach});
   const uint32_t old_begin = list.begin, old_end = list.end;
+  const bool is_far = old_begin == old_end && surface_->AreNeighbours(first, second);
   list.begin = list.end = static_cast<uint32_t>(pairs_.size());
   list.is_partial = false;
   list.least_room = kMost;
@@ -189,9 +194,9 @@ void ContactLists<V>::Remake(uint32_t l, Real least_reach) {
     list.valid = travels_[l] + gap;
     return;
   }
-  list.valid = travels_[l] + reach;
   candidates_.clear();
-  search_.Find(list.patches, reach, candidates_);
+  const Real far = is_far ? static_cast<Real>(kFarReach) * edge_length_ : 0;
+  list.valid = travels_[l] + search_.Find(list.patches, reach, candidates_, far);
   for (uint32_t k = old_begin; k < old_end; ++k) list.is_partial |= pairs_[k].is_active;
   for (const CandidatePair<V>& candidate : candidates_) {
     const auto is_same = [&](uint32_t k) {
