@@ -70,6 +70,21 @@ std::vector<Vec4> TransferTargets(const Cloth& cloth, const FloatState& state,
   return targets;
 }
 
+void Append(const std::vector<Vec4>& values, uint32_t particle_count,
+            std::span<const uint32_t> particles, std::vector<float>& packed) {
+  const size_t words = 3 * size_t{RowsOf(particles, particle_count)};
+  packed.resize(packed.size() + words);
+  float* to = packed.data() + packed.size() - words;
+  const auto append = [&](const Vec4& value) {
+    to[0] = value[0];
+    to[1] = value[1];
+    to[2] = value[2];
+    to += 3;
+  };
+  if (particles.empty()) std::for_each_n(values.begin(), particle_count, append);
+  for (const uint32_t particle : particles) append(values[particle]);
+}
+
 Scheme::Scheme(const FloatModel& model, const ClothParameters& parameters, bool has_own_lengths)
     : controls(model, parameters, has_own_lengths) {
   if (!controls.energy_limit.is_watched || !HasCalmerScheme(controls.plan)) return;

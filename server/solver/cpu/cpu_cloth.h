@@ -61,6 +61,10 @@ std::vector<Vec4> ToFloat(std::span<const Eigen::Vector3d> targets, const FloatM
 std::vector<Vec4> TransferTargets(const Cloth& cloth, const FloatState& state,
                                   const FloatModel& new_model);
 
+// Appends x, y and z of those of `particles`; empty: of all.
+void Append(const std::vector<Vec4>& values, uint32_t particle_count,
+            std::span<const uint32_t> particles, std::vector<float>& packed);
+
 // Sets its scheme. Another object each time.
 void SetScheme(Cloth& cloth);
 
