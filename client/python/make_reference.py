@@ -20,7 +20,7 @@ FUNCTIONS = [drape.launch, drape.connect, drape.find_server, drape.scene.load, d
 CLASSES = [drape.Client, drape.Session, drape.Cloths, drape.States, drape.Answer, drape.Impulses, drape.Pipeline,
            drape.Frames, drape.Frame, drape.Run,
            drape.scene.Scene, drape.scene.Player, drape.Error, drape.gym.ClothVectorEnv, drape.gym.DropFlat,
-           drape.gym.FlingFlat, drape.gym.CoverSphere]
+           drape.gym.FlingFlat, drape.gym.CoverSphere, drape.gym.FoldHalf, drape.gym.Flatten, drape.gym.Hang]
 
 
 def text_of(thing):

@@ -47,6 +47,14 @@ def sheet(side=6, **fields):
     return ClothSpec(grid=Grid(columns=side, rows=side, width_m=1, height_m=1), **fields)
 
 
+def certificate_of(folder, name):
+    """New files of a certificate of 127.0.0.1 with this common name, and of its key."""
+    certificate, key = folder / "cert.pem", folder / "key.pem"
+    subprocess.run(["openssl", "req", "-x509", "-newkey", "rsa:2048", "-nodes", "-days", "1", "-subj", f"/CN={name}",
+                    "-addext", "subjectAltName=IP:127.0.0.1", "-keyout", key, "-out", certificate], check=True, capture_output=True)
+    return certificate, key
+
+
 class Restarted:
     """A server on one port with checkpoints in `folder`, which can end and start again."""
 

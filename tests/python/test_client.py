@@ -2,14 +2,13 @@ import hashlib
 import os
 import pathlib
 import re
-import subprocess
 import sys
 import warnings
 
 import pytest
 
 import drape
-from conftest import ROOT, run_python, sheet
+from conftest import ROOT, certificate_of, run_python, sheet
 
 
 def test_the_versions_of_the_tree_agree():
@@ -44,10 +43,7 @@ def test_nobody_there_is_a_connection_error():
 
 
 def test_tls(tmp_path):
-    cert, key = tmp_path / "cert.pem", tmp_path / "key.pem"
-    subprocess.run(["openssl", "req", "-x509", "-newkey", "rsa:2048", "-nodes", "-days", "1", "-subj", "/CN=drape",
-                    "-addext", "subjectAltName=IP:127.0.0.1", "-keyout", key, "-out", cert], check=True,
-                   capture_output=True)
+    cert, key = certificate_of(tmp_path, "drape")
     server = drape.private_server.PrivateServer("cpu", flags=[f"--tls-cert={cert}", f"--tls-key={key}"])
     try:
         with drape.connect(server.address, tls=str(cert)) as client, client.session() as session:
@@ -59,10 +55,7 @@ def test_tls(tmp_path):
 
 
 def test_a_certificate_of_the_client(tmp_path):
-    cert, key = tmp_path / "cert.pem", tmp_path / "key.pem"
-    subprocess.run(["openssl", "req", "-x509", "-newkey", "rsa:2048", "-nodes", "-days", "1", "-subj", "/CN=alice",
-                    "-addext", "subjectAltName=IP:127.0.0.1", "-keyout", key, "-out", cert], check=True,
-                   capture_output=True)
+    cert, key = certificate_of(tmp_path, "alice")
     flags = [f"--tls-cert={cert}", f"--tls-key={key}", f"--tls-client-ca={cert}"]
     server = drape.private_server.PrivateServer("cpu", flags=flags)
     try:

@@ -3,7 +3,8 @@
 
 Each kernel of `drape_bench kernels --dump` is translated to CUDA (translate.py), compiled for each architecture
 (nvrtc.py), and its machine code read (sass.py): registers, spills, shared memory, work groups per multiprocessor, and
-instructions of a warp per stage: those of each loop times its rounds (rounds.py).
+instructions of a warp per stage: those of each loop times its rounds (rounds.py). For AMD's chips: registers, spills,
+shared memory and waves, by RADV's compiler (amd.py).
 """
 import argparse
 import json
@@ -12,6 +13,7 @@ import os
 import re
 import sys
 
+import amd
 import gpus
 import nvrtc
 import rounds
@@ -228,7 +230,7 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("dump", help="folder that `drape_bench kernels --dump` wrote")
     parser.add_argument("--out", help="folder for kernels.csv, stages.csv and README.md; none: only print")
-    parser.add_argument("--arch", action="append", choices=sorted(gpus.ARCHITECTURES), help="default: all of them")
+    parser.add_argument("--arch", action="append", choices=sorted(gpus.ARCHITECTURES), help="default: all of them, and AMD's")
     parser.add_argument("--only", default="", help="programs whose name has this in it")
     parser.add_argument("--keep", help="folder for the CUDA texts and the disassembly")
     parser.add_argument("--check", action="store_true", help=f"compare {CHECKED} with limits.json; exit status 1: worse")
@@ -237,21 +239,25 @@ def main():
     compiler = nvrtc.Compiler()
     with open(os.path.join(arguments.dump, "kernels.json"), encoding="utf-8") as file:
         programs = [program for program in json.load(file) if arguments.only in program["name"]]
-    counted = []
+    texts = {}
     for program in programs:
         with open(os.path.join(arguments.dump, program["name"] + ".glsl"), encoding="utf-8") as file:
-            glsl = file.read()
+            texts[program["name"]] = file.read()
+    counted = []
+    for program in programs:
+        glsl = texts[program["name"]]
         for arch in arguments.arch or sorted(gpus.ARCHITECTURES, key=lambda name: int(name[3:])):
             row = count(compiler, program, glsl, arch)
             counted.append(row)
             print(f"{row['program']:42} {arch:7} {row['registers']:4} registers {row['stack_bytes']:5} B stack "
                   f"{row['shared_bytes']:6} B shared {row['groups']:3} groups ({row['limited_by']}) "
                   f"{row.get('substep', ''):>7}", flush=True)
+    of_amd = amd.count(texts) if not arguments.arch else []
     if arguments.set_limits:
         write_limits(counted)
     if arguments.out:
         import report
-        report.write(arguments.out, counted, compiler.version())
+        report.write(arguments.out, counted, compiler.version(), of_amd)
     return 0 if not arguments.check or check(counted) else 1
 
 

@@ -72,6 +72,7 @@ VECTOR_OPERATOR(-)
 VECTOR_OPERATOR(*)
 VECTOR_OPERATOR(/)
 GLSL vec3 operator-(vec3 v) { return {-v.x, -v.y, -v.z}; }
+GLSL vec2& operator+=(vec2& a, vec2 b) { return a = a + b; }
 GLSL vec3& operator+=(vec3& a, vec3 b) { return a = a + b; }
 GLSL vec3& operator-=(vec3& a, vec3 b) { return a = a - b; }
 GLSL bool operator==(vec3 a, vec3 b) { return a.x == b.x && a.y == b.y && a.z == b.z; }

@@ -1,7 +1,8 @@
-"""Tables of what count.py counted: kernels.csv, stages.csv, README.md."""
+"""Tables of what count.py counted: kernels.csv, stages.csv, amd.csv, README.md."""
 import csv
 import os
 
+import amd
 import gpus
 
 COLUMNS = ["program", "arch", "local_size", "registers", "stack_bytes", "shared_bytes", "groups", "limited_by",
@@ -17,7 +18,26 @@ def name_of(row):
     return row["program"].removesuffix(".resident_step")
 
 
-def write(folder, counted, version):
+def amd_section(folder, rows):
+    """Writes amd.csv; returns the lines of the section."""
+    with open(os.path.join(folder, "amd.csv"), "w", newline="", encoding="utf-8") as file:
+        writer = csv.DictWriter(file, list(rows[0]), lineterminator="\n")
+        writer.writeheader()
+        writer.writerows(rows)
+    text = ["## AMD", "", f"By RADV's compiler of Mesa {rows[0]['mesa']} for chips that are not there, from SPIR-V: "
+            "[kernels/](../../kernels/README.md). Waves:", "that a SIMD holds at once. Instructions: of the code, each once.", ""]
+    for family, card in amd.FAMILIES.items():
+        of_family = [row for row in rows if row["family"] == family and row["program"].endswith(".resident_step")]
+        text += [f"### {family} ({card})", ""]
+        text += table(["cloth", "vector registers", "scalar registers", "spilled scalars", "scratch [B]", "shared [B]",
+                       "waves", "instructions"],
+                      [[name_of(row), row["vector_registers"], row["scalar_registers"], row["spilled_scalars"],
+                        row["scratch_bytes"], row["shared_bytes"], row["waves_per_simd"], row["instructions"]]
+                       for row in of_family]) + [""]
+    return text[:-1]
+
+
+def write(folder, counted, version, of_amd):
     os.makedirs(folder, exist_ok=True)
     with open(os.path.join(folder, "kernels.csv"), "w", newline="", encoding="utf-8") as file:
         writer = csv.DictWriter(file, COLUMNS, extrasaction="ignore", lineterminator="\n")
@@ -57,5 +77,7 @@ def write(folder, counted, version):
     text += table(["kernel", "local size", "registers", "stack [B]", "shared [B]", "groups", "instructions"],
                   [[row["program"], row["local_size"], row["registers"], row["stack_bytes"], row["shared_bytes"],
                     row["groups"], row["instructions"]] for row in tiled])
+    if of_amd:
+        text += [""] + amd_section(folder, of_amd)
     with open(os.path.join(folder, "README.md"), "w", encoding="utf-8") as file:
         file.write("\n".join(text) + "\n")

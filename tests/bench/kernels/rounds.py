@@ -31,6 +31,7 @@ ROUNDS = {
     ("SolveCells", "k"): "particles_per_line",
     ("ApplyAirImpulses", ""): "triangles_per_particle",
     ("ApplyElasticImpulses", ""): "elements_per_particle",
+    ("ChangeByElements", "k"): "elements_per_particle",
     ("RefineFlaggedLinks", "colour"): "colour_count",
     ("SolveDistance", "colour"): "colour_count",
     ("SolveContactsOf", "c"): "collider_count",
@@ -39,6 +40,9 @@ ROUNDS = {
     ("RestsOnCollider", "c"): "collider_count",
     ("StoreRebounds", "c"): "collider_count",
     ("IsApart", "k"): "2",
+    ("EnergyChange", "i"): "ceil(particle_count / 32)",
+    ("EnergyChange", "k"): "ceil(pin_count / 32)",
+    ("CompliantChange", "k"): "ceil(constraint_count / 32)",
 }
 # Loops that give each invocation every LOCAL_SIZE-th of a list: the length of lists with ends of their own.
 LISTS = {
@@ -89,7 +93,7 @@ class Rounds:
 def rounds_of(function, head, sizes):
     """Of the loop with this text in this function."""
     local_size = sizes["local_size"]
-    shared_out = re.search(r"for \(uint (\w+) = \((.*)\) \+ gl_LocalInvocationID\.x; \1 < (.*); \1 \+= \d+\)", head)
+    shared_out = re.search(r"for \(uint (\w+) = (\(.*\) \+ )?gl_LocalInvocationID\.x; \1 < (.*); \1 \+= \d+u?\)", head)
     if shared_out:
         name, _, end = shared_out.groups()
         count = bound(end, sizes)

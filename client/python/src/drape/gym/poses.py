@@ -18,6 +18,14 @@ def hanging(x_m, top_m, z_m, yaw_rad, width_m):
     return np.concatenate([corner, quaternion])
 
 
+def on_floor(x_m, z_m, yaw_rad, size_m, height_m):
+    """[7] position and quaternion of a square grid that lies at `height_m`, its middle over (x, z), turned by `yaw_rad`
+    about the vertical: its rows point as those of `hanging`, and follow each other along `forward_direction`."""
+    middle = (row_direction(yaw_rad) + forward_direction(yaw_rad)) * (size_m / 2)
+    corner = np.array([x_m, height_m, z_m]) - middle
+    return np.concatenate([corner, [0, np.sin(yaw_rad / 2), 0, np.cos(yaw_rad / 2)]])
+
+
 def row_direction(yaw_rad):
     """Unit vector [..., 3] from the first picker to the second."""
     yaw = np.asarray(yaw_rad)
@@ -31,8 +39,22 @@ def forward_direction(yaw_rad):
 
 
 def yaw_of(starts):
-    """[n]: the yaw of transforms [n, 7] that `hanging` made."""
-    return 2 * np.arctan2(starts[..., 4], starts[..., 3])
+    """[n]: the yaw of transforms [n, 7] that `hanging` or `on_floor` made."""
+    return 2 * np.arctan2(starts[..., 4], starts[..., 6])
+
+
+def turned(vectors, yaw_rad):
+    """Vectors [n, k, 3] turned by the yaws [n] about the vertical: those along +x then point along `row_direction`."""
+    along, ahead = row_direction(yaw_rad)[:, None], forward_direction(yaw_rad)[:, None]
+    return vectors[..., :1] * along + vectors[..., 1:2] * [0.0, 1.0, 0.0] + vectors[..., 2:] * ahead
+
+
+def seen_from(starts, size_m, points):
+    """Points [n, k, 3] of the world in frames on the floor, below the middle of the first row of each start [n, 7]: x
+    along that row, z forward."""
+    yaw = yaw_of(starts)
+    origin = starts[:, :3] * [1, 0, 1] + row_direction(yaw) * (size_m / 2)
+    return turned(points - origin[:, None], -yaw)
 
 
 def lying(starts, rows, columns, size_m, height_m):
@@ -44,3 +66,21 @@ def lying(starts, rows, columns, size_m, height_m):
     row = (size_m - np.linspace(0, size_m, rows))[None, :, None, None]
     flat = starts[:, None, None, :3] * [1, 0, 1] + along * column + ahead * row + [0, height_m, 0]
     return flat.reshape(len(starts), rows * columns, 3)
+
+
+def over_rail(middle_m, turned, side, size_m, height_m, radius_m):
+    """[n, side * side, 3]: square sheets that hang over a rail along x at `height_m` above the origin, half on each
+    side, `radius_m` from its axis. middle_m [n]: x of the middle of each. turned bool[n]: rows point along -x and the
+    first is at -z; else they point along +x and the first is at +z."""
+    along = np.linspace(-0.5, 0.5, side) * size_m  # of a row; and from the rail to each row, over the sheet
+    quarter = radius_m * np.pi / 2
+    angle = np.clip(-along, -quarter, quarter) / radius_m
+    below = np.maximum(np.abs(along) - quarter, 0)
+    hung = np.zeros((side, side, 3))
+    hung[..., 0] = along
+    hung[..., 1] = (height_m + radius_m * np.cos(angle) - below)[:, None]
+    hung[..., 2] = (radius_m * np.sin(angle))[:, None]
+    turn = np.where(turned, -1.0, 1.0)[:, None, None, None]
+    placed = hung * np.concatenate([turn, np.ones_like(turn), turn], -1)
+    placed[..., 0] += np.asarray(middle_m)[:, None, None]
+    return placed.reshape(-1, side * side, 3)

@@ -4,12 +4,16 @@ from __future__ import annotations
 
 import numpy as np
 
+from drape.gym import poses
+from drape.gym.tasks import THICKNESS_M
+
 
 def towards(env, places, hold=True):
-    """The actions [n, 8] that bring the pickers to `places` [n, 2, 3], as far as one action reaches."""
+    """The actions [n, 8] that bring the pickers to `places` [n, 2, 3], as far as one action reaches. hold: whether they
+    close, a bool or [n]."""
     reach = env.picker_step_m * env.action_repeat
-    motion = np.clip((places - env.pickers.positions) / reach, -1, 1)
-    holds = np.full((*motion.shape[:2], 1), 1.0 if hold else 0.0)
+    motion = np.clip(env.in_action_frame((places - env.pickers.positions) / reach), -1, 1)
+    holds = np.broadcast_to(np.reshape(hold, (-1, 1, 1)), (*motion.shape[:2], 1))
     return np.concatenate([motion, holds], -1).reshape(len(places), -1).astype(np.float32)
 
 
@@ -53,3 +57,61 @@ def fling(env, back_m=0.3, lift_m=0.45, ahead_m=0.1):
     way *= np.minimum(1, reach / np.maximum(np.linalg.norm(way, axis=1), 1e-9))[:, None]
     first = env.pickers.positions[:, 0] + way
     return towards(env, np.stack([first, first + along], 1))
+
+
+def fold(env, begin=5, arc=14):
+    """For FoldHalf: takes the corners of the first row and lays them onto those of the last, in an arc over the middle.
+    begin: actions to reach the corners; arc: of the way over."""
+    corner, forward = env.starts[:, :3], env.forward
+    along = poses.row_direction(poses.yaw_of(env.starts)) * env.size_m
+    angle = np.pi * np.clip((env.elapsed - begin) / arc, 0, 1)[:, None]
+    # Below the circle, so that what is carried sags and does not pull at what lies.
+    first = corner + (forward * (1 - np.cos(angle)) + [0, 0.6, 0] * np.sin(angle)) * (env.size_m / 2)
+    first[:, 1] += 0.01 * angle[:, 0] / np.pi  # the layer below
+    leaves = env.elapsed > begin + arc + 2
+    first[leaves, 1] += 0.1
+    return towards(env, np.stack([first, first + along], 1), (env.elapsed >= begin) & ~leaves)
+
+
+def spread(env, reach=8, lift=10, rest=8, speed_m=0.06, low_m=0.01):
+    """For Flatten: takes the corners of the first row, wherever they lie, lifts the sheet until it hangs, and lays it
+    down as `lay_down`. reach, lift, rest: actions to get there, up, and until it no longer swings. speed_m: of the
+    pickers per action, down. low_m: height at the end."""
+    at, when = env.pickers.positions, env.elapsed
+    middle = at.mean(1)
+    along = (at[:, 1] - at[:, 0]) * [1, 0, 1]
+    length = np.linalg.norm(along, axis=1, keepdims=True)
+    along = np.where(length > 1e-6, along / np.maximum(length, 1e-9), [1.0, 0, 0])
+    # Straight down until the lowest row touches the floor, then as much ahead as down.
+    ahead = np.cross(along, [0, 1.0, 0])
+    slope = np.where(middle[:, 1:2] > env.size_m, [0, -1.0, 0], np.sqrt(0.5) * (ahead - [0, 1, 0]))
+    lies = middle[:, 1] <= low_m
+    down = np.where(lies[:, None], middle, middle + speed_m * slope)
+    down[:, 1] = np.maximum(down[:, 1], low_m)
+    up = middle * [1, 0, 1] + [0, env.size_m + 0.03, 0]
+    hangs = when >= reach + lift + rest
+    middle = np.where(hangs[:, None], down, up)
+    places = middle[:, None] + 0.5 * env.size_m * np.stack([-along, along], 1)
+    corners = env.cloths.positions[:, [0, env.side - 1]]
+    places = np.where((when <= reach)[:, None, None], corners, places)
+    return towards(env, places, (when >= reach) & ~(hangs & lies))
+
+
+def hang(env, begin=6, arc=12, slack=0.97):
+    """For Hang: carries the sheet to the rail until it touches it, winds its upper half around the rail, and lets go.
+    begin: actions to get there; arc: around the rail. slack: how much of the free length the pickers keep to, so that
+    the sheet does not slide."""
+    _, height, radius = env.rail_m
+    radius += THICKNESS_M
+    yaw = poses.yaw_of(env.starts)
+    side = np.sign(np.cos(yaw))[:, None]
+    along, forward, up = side * [env.size_m, 0, 0], side * [0, 0, 1.0], np.array([0, 1.0, 0])
+    middle = env.starts[:, :3] + poses.row_direction(yaw) * env.size_m / 2
+    over = middle * [1, 0, 0] + up * height  # on the axis
+    angle = np.pi * np.clip((env.elapsed - begin) / arc, 0, 1)[:, None]
+    # An involute: what is wound up is no longer free. In the end half the sheet is on either side of the top.
+    free = env.size_m / 2 + radius * (np.pi / 2 - angle)
+    held = (over + radius * (np.sin(angle) * up - np.cos(angle) * forward)
+            + slack * free * (np.cos(angle) * up + np.sin(angle) * forward))
+    places = np.stack([held - along / 2, held + along / 2], 1)
+    return towards(env, places, env.elapsed <= begin + arc)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import gymnasium
 from gymnasium.vector import AutoresetMode
 
-from drape.gym import tasks
+from drape.gym import floor_tasks, tasks
 
 
 class SingleEnv(gymnasium.Env):
@@ -47,4 +47,5 @@ def _maker(task):
     return make
 
 
-DropFlat, FlingFlat, CoverSphere = map(_maker, (tasks.DropFlat, tasks.FlingFlat, tasks.CoverSphere))
+DropFlat, FlingFlat, CoverSphere, FoldHalf, Flatten, Hang = map(
+    _maker, (tasks.DropFlat, tasks.FlingFlat, tasks.CoverSphere, floor_tasks.FoldHalf, floor_tasks.Flatten, tasks.Hang))

@@ -10,6 +10,7 @@ from gymnasium.vector.utils import batch_space
 
 import drape
 from drape import v1
+from drape.gym import poses
 from drape.gym.pickers import Pickers
 
 TIME_STEP_S = 1 / 60
@@ -27,7 +28,12 @@ class ClothVectorEnv(VectorEnv):
     `max_episode_steps`; one whose cloth blows up is terminated. info: "performance", "normalized_performance" (0 at the
     start, 1 at the best), each [n].
 
-    client: where the cloths live; None: a private server of `backend`, which ends with the environment.
+    client: where the cloths live; None: a private server of `backend` (None: the best that the task can use), which
+    ends with the environment. side: particles along each edge of the sheet; None: the task's. frame: of positions in
+    observations and of motions in actions: "world"; or "start", in which every sheet starts alike: the origin is on
+    the floor below the middle of its first row, which points along +x; +z is where the sheet is to go. What lies
+    elsewhere (the sphere of CoverSphere) is then at a drawn place. starts, cloths and pickers are in the world in
+    both.
     """
 
     metadata = {"render_modes": ["rgb_array"], "render_fps": 4}
@@ -37,20 +43,29 @@ class ClothVectorEnv(VectorEnv):
     horizon = 50
     picker_step_m = 0.01
     picker_radius_m = 0.05
-    side = 32  # particles
+    side = 32  # particles along an edge
     size_m = 0.4
     best_performance = 0.0
+    touches_itself = False  # as far as the backends can: `cpu` and `reference`
 
     def __init__(self, num_envs: int = 1, *, max_episode_steps: int | None = None, observation: str = "keypoints",
                  autoreset_mode: AutoresetMode | str = AutoresetMode.NEXT_STEP, client: drape.Client | None = None,
-                 backend: str = "auto", render_mode: str | None = None):
+                 backend: str | None = None, render_mode: str | None = None, side: int | None = None,
+                 frame: str = "world"):
         if observation not in ("keypoints", "particles"):
             raise ValueError(f"observation: 'keypoints' or 'particles', got {observation!r}")
+        if frame not in ("world", "start"):
+            raise ValueError(f"frame: 'world' or 'start', got {frame!r}")
+        if side is not None and side < 5:
+            raise ValueError(f"side: at least 5 particles, got {side}")
         self.num_envs = num_envs
+        self.side = side or self.side
+        self._turns = frame == "start"
         self.autoreset_mode = AutoresetMode(autoreset_mode)
         self.metadata = {**self.metadata, "autoreset_mode": self.autoreset_mode}
         self.render_mode = render_mode
         self._horizon = max_episode_steps or self.horizon
+        backend = backend or ("cpu" if self.touches_itself else "auto")
         self._owned = drape.launch(backend) if client is None else None
         self._session = (client or self._owned).session(display_name=type(self).__name__)
         self.pickers = Pickers((0, self.side - 1), self.picker_step_m, self.picker_radius_m, [-1.0, 0.0, -1.0],
@@ -82,8 +97,13 @@ class ClothVectorEnv(VectorEnv):
         """[7] where and how a cloth starts: a transform of the flat sheet."""
         raise NotImplementedError
 
-    def _prepare(self, rows) -> None:
-        """New starts have been drawn for the environments `rows`."""
+    def _settle(self, rows) -> None:
+        """Steps the cloths `rows`, which have just been reset to their starts, to where their episodes begin."""
+
+    def _prepare(self, rows, positions) -> None:
+        """Episodes begin in the environments `rows`, at positions [m, particles, 3]: the pickers hold their
+        particles."""
+        self.pickers.begin(rows, positions)
 
     def _performance(self, positions, rows) -> np.ndarray:
         """[m], larger is better, of the environments `rows`: positions [m, particles, 3]."""
@@ -145,15 +165,32 @@ class ClothVectorEnv(VectorEnv):
         return self._starts
 
     @property
+    def forward(self):
+        """[n, 3]: level unit vector from row to row of a sheet that lies, or towards which one that hangs is to be laid
+        down."""
+        return poses.forward_direction(poses.yaw_of(self._starts))
+
+    @property
     def elapsed(self):
         """[n]: actions since then."""
         return self._elapsed
+
+    def in_action_frame(self, motions):
+        """Motions [n, k, 3] of the world as those of an action (`frame`)."""
+        return poses.turned(motions, -poses.yaw_of(self._starts)) if self._turns else motions
 
     def _spec(self):
         return v1.ClothSpec(
             grid=v1.Grid(columns=self.side, rows=self.side, width_m=self.size_m, height_m=self.size_m),
             material=self._material(), environment=self._environment(), max_grips=self.pickers.num,
+            self_collision=v1.SelfCollision() if self.touches_itself else None,
             settings=v1.StepSettings(time_step_s=TIME_STEP_S, substeps=20))
+
+    @property
+    def _stamp_m(self):
+        """Half side of the square that a particle covers: so large that those of a flat sheet leave no gap at any
+        yaw."""
+        return np.sqrt(0.5) * self.size_m / (self.side - 1)
 
     def _keypoints(self):
         line = np.rint(np.linspace(0, self.side - 1, 5)).astype(int)
@@ -181,18 +218,18 @@ class ClothVectorEnv(VectorEnv):
         """New episodes in the environments of `mask`."""
         rows = np.flatnonzero(mask)
         self._starts[rows] = [self._draw_start(self._generators[k]) for k in rows]
-        self._prepare(rows)
         self.cloths.reset(rows, transforms=self._starts[rows])
+        self._settle(rows)
         begun = self.cloths.read(ids=rows).positions
         self._keep(begun, rows)
-        self.pickers.begin(rows, begun)
+        self._prepare(rows, begun)
         self._elapsed[rows] = 0
         self._done = self._done & ~mask
         self._first[rows] = self._performance(begun, rows)
 
     def _advance(self, actions, acts):
         everyone = acts.all()
-        self.pickers.act(actions.reshape(self.num_envs, -1, 4), acts, self.action_repeat,
+        self.pickers.act(self._in_world(actions.reshape(self.num_envs, -1, 4)), acts, self.action_repeat,
                          self.action_repeat * TIME_STEP_S)
         answer = self.cloths.step(self.action_repeat, grips=True, ids=None if everyone else acts)
         self.pickers.note(answer.rows, answer.grips)
@@ -210,10 +247,18 @@ class ClothVectorEnv(VectorEnv):
     def _measure(self):
         return self._performance(self._positions, np.arange(self.num_envs))
 
+    def _in_world(self, actions):
+        """Actions [n, k, 4] within their limits, their motions in the frame of the world."""
+        motions = np.clip(actions[..., :3], -1, 1)
+        if self._turns:
+            motions = poses.turned(motions, poses.yaw_of(self._starts))
+        return np.concatenate([motions, actions[..., 3:]], -1)
+
     def _observe(self):
-        shown = self._positions[:, self._shown].reshape(self.num_envs, -1)
-        pickers = self.pickers.positions.reshape(self.num_envs, -1)
-        return np.concatenate([shown, pickers, self.pickers.holds], axis=1).astype(np.float32)
+        places = np.concatenate([self._positions[:, self._shown], self.pickers.positions], 1)
+        if self._turns:
+            places = poses.seen_from(self._starts, self.size_m, places)
+        return np.concatenate([places.reshape(self.num_envs, -1), self.pickers.holds], axis=1).astype(np.float32)
 
     def _info(self, performance, mask):
         share = (performance - self._first) / (self.best_performance - self._first)
