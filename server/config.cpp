@@ -158,6 +158,8 @@ void AddLimits(CLI::App& app, Config& config) {
   AddNumber(app, "--max-colliders-per-cloth", requests.max_colliders_per_cloth, 0u, 65536u, "");
   AddNumber(app, "--max-mesh-colliders-per-cloth", requests.max_mesh_colliders_per_cloth, 0u,
             65536u, "each may take seconds to build");
+  AddNumber(app, "--max-bodies-per-cloth", requests.max_bodies_per_cloth, 0u, 256u,
+            "colliders with a mass, each of which meets every particle and collider");
   AddNumber<uint64_t>(app, "--max-mesh-collider-bytes-per-session",
                       sessions.max_mesh_collider_bytes_per_session, 0, UINT64_MAX / 2,
                       "distance grids and meshes, equal ones counted once");

@@ -73,8 +73,9 @@ Status Serve(Config config, const std::vector<std::string>& arguments) {
     now.server_id = config.server_id.empty() ? incarnation : config.server_id;
     now.queued_builds = builders.queued_count();
     now.unread_bytes = unread->used_bytes();
-    now.runs = parts.runs->running;
-    now.run_steps_dropped = parts.runs->dropped_steps;
+    now.runs = parts.streams->runs;
+    now.run_steps_dropped = parts.streams->run_steps_dropped;
+    now.frames_encoded = parts.streams->frames_encoded;
     now.checkpoint_age_s = checkpoints.age_s();
     return now;
   };

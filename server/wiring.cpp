@@ -1,5 +1,6 @@
 #include "server/wiring.h"
 
+#include <sched.h>
 #include <spdlog/spdlog.h>
 #include <sys/stat.h>
 #include <unistd.h>
@@ -9,7 +10,9 @@
 #include <csignal>
 #include <cstdio>
 #include <fstream>
+#include <future>
 #include <random>
+#include <thread>
 #include <utility>
 
 #include "server/api/accept_guard.h"
@@ -107,9 +110,20 @@ Result<std::unique_ptr<api::GrpcServer>> StartAdmin(const Config& config,
   options.listen = config.admin_listen;
   options.channelz = api::Channelz::kServed;
   options.health_of = "drape.v1.AdminService";
-  const mode_t others = umask(S_IRWXG | S_IRWXO);  // of a socket in the file system
-  auto server = api::GrpcServer::Start(options, {&service});
-  umask(others);
+  auto server = [&] {
+    // A socket in the file system is the operators' alone. The mask of a thread of its own: with
+    // that of the process others would make files, too, meanwhile.
+    std::promise<Result<std::unique_ptr<api::GrpcServer>>> started;
+    std::thread([&] {
+      if (unshare(CLONE_FS) != 0) {
+        return started.set_value(Status(StatusCode::kFailedPrecondition, "LISTEN_FAILED",
+                                        "no thread may have a umask of its own"));
+      }
+      umask(S_IRWXG | S_IRWXO);
+      started.set_value(api::GrpcServer::Start(options, {&service}));
+    }).join();
+    return started.get_future().get();
+  }();
   if (server.ok()) {
     spdlog::info("admin_started listen={} port={}", config.admin_listen, (*server)->port());
   }

@@ -47,10 +47,11 @@ std::vector<fs::path> SceneFiles(const std::vector<std::string>& names) {
   return files;
 }
 
-// The backend of the server lacks what the scene needs: cloth that touches cloth.
+// The backend of the server lacks what the scene needs (cloth that touches cloth, bodies): such
+// answers name the backends that have it.
 bool IsBeyondBackend(const Error& error) {
   return std::ranges::any_of(error.violations(), [](const FieldViolation& violation) {
-    return violation.field.ends_with("self_collision") || violation.field.ends_with("world");
+    return violation.description.find("--backend=") != std::string::npos;
   });
 }
 

@@ -20,6 +20,18 @@ void AddImpulses(const SampleImpulses& impulses, Json& json) {
   }
 }
 
+// Into the entries of colliders with a mass.
+void AddBodies(const v1::StepReport& sample, Json& json) {
+  for (const v1::BodyState& body : sample.bodies()) {
+    if (json["colliders"].size() <= body.collider()) continue;
+    Json& collider = json["colliders"][body.collider()];
+    collider["position_m"] = body.position_m();
+    collider["rotation_xyzw"] = body.rotation_xyzw();
+    collider["velocity_m_per_s"] = body.velocity_m_per_s();
+    collider["angular_velocity_rad_per_s"] = body.angular_velocity_rad_per_s();
+  }
+}
+
 Json SampleJson(const v1::StepReport& sample, double time_step_s) {
   Json json = {{"step", sample.step()},
                {"time_s", static_cast<double>(sample.step()) * time_step_s},
@@ -70,7 +82,9 @@ Json ClothJson(const ClothReport& cloth, double time_step_s) {
   Json samples = Json::array();
   for (size_t k = 0; k < cloth.samples.size(); ++k) {
     samples.push_back(SampleJson(cloth.samples[k], time_step_s));
-    if (cloth.impulses[k]) AddImpulses(*cloth.impulses[k], samples.back());
+    if (!cloth.impulses[k]) continue;
+    AddImpulses(*cloth.impulses[k], samples.back());
+    AddBodies(cloth.samples[k], samples.back());
   }
   // Warnings are counted since creation: the last report has them all. Sorted by name. Corrections
   // made when a cloth is created come first.

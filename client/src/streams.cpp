@@ -121,6 +121,9 @@ void StateStream::SetPaused(bool is_paused) {
   (void)impl_->Write(request);  // Next() reports a stream that has ended
 }
 
+void StateStream::Stop() {
+  impl_->FinishWriting();
+}
 void StateStream::Cancel() {
   impl_->context.TryCancel();
 }

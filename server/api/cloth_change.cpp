@@ -56,7 +56,9 @@ Status BuildMaps(Update& update, const RequestLimits& limits, const StopReason& 
       const std::vector<ColliderMap> maps,
       BuildColliderMaps("spec.environment.colliders", update.meshes, limits.collider_mesh,
                         stop_reason, update.session->maps()));
-  if (update.change.colliders) SetMaps(maps, *update.change.colliders);
+  if (update.change.colliders) {
+    SetMaps(maps, *update.change.colliders, update.change.collider_motions);
+  }
   update.meshes.clear();
   return Status::Ok();
 }

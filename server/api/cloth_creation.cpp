@@ -60,7 +60,9 @@ Status BuildMaps(Creation& creation, const RequestLimits& limits, const StopReas
       const std::vector<ColliderMap> maps,
       BuildColliderMaps("spec.environment.colliders", creation.meshes, limits.collider_mesh,
                         stop_reason, creation.session->maps()));
-  for (ClothCopy& copy : creation.checked.copies) SetMaps(maps, copy.parameters.colliders);
+  for (ClothCopy& copy : creation.checked.copies) {
+    SetMaps(maps, copy.parameters.colliders, copy.parameters.collider_motions);
+  }
   creation.meshes.clear();
   return Status::Ok();
 }

@@ -25,7 +25,13 @@ std::vector<RigidMotion> CheckColliderMotions(
     motion.angular_velocity_rad_per_s = CheckVector3Or(
         Eigen::Vector3d::Zero(), here.Child("angular_velocity_rad_per_s"),
         collider.angular_velocity_rad_per_s(), kMaxColliderTurn_rad_per_s, "rad/s", violations);
-    is_any_given |= !collider.pivot_m().empty() || !motion.velocity_m_per_s.isZero(0) ||
+    if (shapes[k].is_body() && !collider.pivot_m().empty()) {
+      violations.Add(here.Child("pivot_m"),
+                     "must be empty: a collider with a mass turns about its "
+                     "centre of mass");
+    }
+    is_any_given |= shapes[k].is_body() || !collider.pivot_m().empty() ||
+                    !motion.velocity_m_per_s.isZero(0) ||
                     !motion.angular_velocity_rad_per_s.isZero(0);
     motions.push_back(motion);
   }

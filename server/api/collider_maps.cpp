@@ -4,6 +4,7 @@
 #include <variant>
 
 #include "server/api/topology_validation.h"
+#include "server/scene/body_mass.h"
 
 namespace drape::api {
 
@@ -33,9 +34,14 @@ Result<std::vector<ColliderMap>> BuildColliderMaps(const FieldPath& path,
   return maps;
 }
 
-void SetMaps(std::span<const ColliderMap> maps, std::vector<Collider>& colliders) {
+void SetMaps(std::span<const ColliderMap> maps, std::vector<Collider>& colliders,
+             std::vector<RigidMotion>& motions) {
   for (const ColliderMap& map : maps) {
-    std::get<DistanceMapShape>(colliders[map.collider].shape).map = map.map;
+    Collider& collider = colliders[map.collider];
+    std::get<DistanceMapShape>(collider.shape).map = map.map;
+    if (!collider.is_body() || map.collider >= motions.size()) continue;
+    RigidMotion& motion = motions[map.collider];
+    motion.pivot_m = motion.position_m = CentreOfMass(collider);
   }
 }
 

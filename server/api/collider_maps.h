@@ -39,7 +39,9 @@ Result<std::vector<ColliderMap>> BuildColliderMaps(const FieldPath& path,
                                                    const StopReason& stop_reason,
                                                    DistanceMapCache& cache);
 
-// Gives the mesh colliders of the list their distance maps.
-void SetMaps(std::span<const ColliderMap> maps, std::vector<Collider>& colliders);
+// Gives the mesh colliders their distance maps, and bodies among them the pivots of their motions,
+// which are known now.
+void SetMaps(std::span<const ColliderMap> maps, std::vector<Collider>& colliders,
+             std::vector<RigidMotion>& motions);
 
 }  // namespace drape::api

@@ -98,6 +98,30 @@ void Fill(const CylinderShape& cylinder, const RigidTransform& pose, v1::Collide
   message.set_radius_m(cylinder.radius_m);
 }
 
+// Of bodies: solids of dust to planets of lead. Squares of smaller and larger ones would leave
+// double precision with the smallest and largest shapes.
+constexpr Range kDensity = {1e-6, 1e6, "kg/m^3"};
+constexpr Range kBodyMass = {1e-9, 1e9, "kg"};
+
+void CheckMass(const FieldPath& path, const v1::Collider& message, Collider& collider,
+               Violations& violations) {
+  if (message.has_density_kg_per_m3()) {
+    collider.density_kg_per_m3 = message.density_kg_per_m3();
+    violations.InRange(path.Child("density_kg_per_m3"), message.density_kg_per_m3(), kDensity);
+  }
+  if (message.has_mass_kg()) {
+    collider.mass_kg = message.mass_kg();
+    violations.InRange(path.Child("mass_kg"), message.mass_kg(), kBodyMass);
+  }
+  if (message.has_mass_kg() && message.has_density_kg_per_m3()) {
+    violations.Add(path.Child("mass_kg"), "is given by density_kg_per_m3: set one of the two");
+  }
+  if (collider.is_body() && collider.kind() == ShapeKind::kPlane) {
+    const char* const field = message.has_mass_kg() ? "mass_kg" : "density_kg_per_m3";
+    violations.Add(path.Child(field), "a plane has no mass: it has no end");
+  }
+}
+
 // The map comes later, from a builder thread (collider_maps.h).
 Collider CheckMesh(const FieldPath& path, const v1::Collider& collider,
                    const ClosedMeshLimits& limits, Violations& violations) {
@@ -169,6 +193,13 @@ std::vector<Collider> CheckColliders(
                        return "has " + std::to_string(mesh_count) + " meshes, at most " +
                               std::to_string(limits.max_mesh_colliders_per_cloth) + " are allowed";
                      });
+  const auto body_count = std::count_if(colliders.begin(), colliders.end(), [](const auto& c) {
+    return c.has_mass_kg() || c.has_density_kg_per_m3();
+  });
+  violations.Require(static_cast<uint64_t>(body_count) <= limits.max_bodies_per_cloth, path, [&] {
+    return "has " + std::to_string(body_count) + " with a mass, at most " +
+           std::to_string(limits.max_bodies_per_cloth) + " are allowed";
+  });
   for (int k = 0; k < colliders.size(); ++k) {
     const FieldPath here = path.At(k);
     if (colliders[k].has_transform() && !colliders[k].has_mesh()) {
@@ -176,6 +207,7 @@ std::vector<Collider> CheckColliders(
                      "belongs to mesh: the other shapes have a position of their own");
     }
     result.push_back(CheckShape(here, colliders[k], limits.collider_mesh, violations));
+    CheckMass(here, colliders[k], result.back(), violations);
   }
   return result;
 }
@@ -183,6 +215,8 @@ std::vector<Collider> CheckColliders(
 v1::Collider ToProto(const Collider& collider) {
   v1::Collider message;
   std::visit([&](const auto& shape) { Fill(shape, collider.pose, message); }, collider.shape);
+  if (collider.density_kg_per_m3 > 0) message.set_density_kg_per_m3(collider.density_kg_per_m3);
+  if (collider.mass_kg > 0) message.set_mass_kg(collider.mass_kg);
   return message;
 }
 

@@ -13,6 +13,7 @@ void FillLimits(const ServiceContext& context, v1::ServerInfo::Limits* limits) {
   limits->set_max_constraints_per_cloth(context.limits.model.max_constraints);
   limits->set_max_colliders_per_cloth(context.limits.max_colliders_per_cloth);
   limits->set_max_mesh_colliders_per_cloth(context.limits.max_mesh_colliders_per_cloth);
+  limits->set_max_bodies_per_cloth(context.limits.max_bodies_per_cloth);
   limits->set_max_triangles_per_mesh_collider(context.limits.collider_mesh.max_triangles);
   limits->set_max_mesh_collider_bytes_per_session(
       context.sessions.limits().max_mesh_collider_bytes_per_session);

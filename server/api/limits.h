@@ -28,6 +28,8 @@ struct RequestLimits {
   uint32_t max_colliders_per_cloth = 256;
   // Each takes seconds to build.
   uint32_t max_mesh_colliders_per_cloth = 16;
+  // Colliders with a mass: each meets every particle and every other collider, one after the other.
+  uint32_t max_bodies_per_cloth = 16;
   ClosedMeshLimits collider_mesh;
   uint32_t max_cloths_per_request = 65536;
   // Copies times colliders: bounds the memory that a small request can ask for.

@@ -92,7 +92,7 @@ v1::Environment EnvironmentToProto(const ClothParameters& parameters) {
   for (size_t k = 0; k < parameters.collider_motions.size(); ++k) {
     const RigidMotion& motion = parameters.collider_motions[k];
     v1::Collider* collider = message.mutable_colliders(static_cast<int>(k));
-    Append(motion.pivot_m, collider->mutable_pivot_m());
+    if (!parameters.colliders[k].is_body()) Append(motion.pivot_m, collider->mutable_pivot_m());
     Append(motion.velocity_m_per_s, collider->mutable_velocity_m_per_s());
     Append(motion.angular_velocity_rad_per_s, collider->mutable_angular_velocity_rad_per_s());
   }
@@ -201,6 +201,18 @@ void AddGrips(const ClothRecord& cloth, const ClothOutcome& outcome, bool has_im
   }
 }
 
+void AddBodies(const ClothRecord& cloth, const std::vector<BodyState>& bodies,
+               v1::StepReport& message) {
+  for (const BodyState& body : bodies) {
+    v1::BodyState& state = *message.add_bodies();
+    state.set_collider(body.collider);
+    Append(cloth.placement.WorldFromCloth(body.motion.position_m), state.mutable_position_m());
+    Append(body.motion.rotation, state.mutable_rotation_xyzw());
+    Append(body.motion.velocity_m_per_s, state.mutable_velocity_m_per_s());
+    Append(body.motion.angular_velocity_rad_per_s, state.mutable_angular_velocity_rad_per_s());
+  }
+}
+
 void AddImpulses(ClothId id, const StepImpulses& impulses, const SceneModel& model,
                  v1::StepResponse& message) {
   v1::ColliderImpulses& colliders = *message.mutable_collider_impulses();
@@ -232,6 +244,9 @@ v1::StepResponse ToProto(const ClothList& cloths, const StepOutcome& outcome) {
     if (cloth.report) {
       *message.add_reports() =
           ToProto(id, cloth.stamp.completed_steps, *cloth.report, cloth.warnings);
+      if (cloth.report->bodies != nullptr) {
+        AddBodies(*cloths[k], *cloth.report->bodies, *message.mutable_reports()->rbegin());
+      }
     }
     if (cloth.stamp.fault != FaultReason::kNone) message.add_faulted_cloth_ids(id.Packed());
     if (!cloth.grips.empty()) {

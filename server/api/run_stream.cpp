@@ -123,7 +123,7 @@ Status RunReactor::Begin(const v1::RunRequest::Start& request) {
   const int64_t now_us = context_.clock.NowUs();
   pace_.emplace(1e6 * interval_s, Microseconds(checked.max_behind_s), now_us);
   next_report_us_ = now_us;  // the first one says that the run has begun
-  ++context_.runs->running;
+  ++context_.streams->runs;
   Advance();
   return Status::Ok();
 }
@@ -236,7 +236,7 @@ void RunReactor::Close(const Status& status) {
 }
 
 void RunReactor::CountDropped() {
-  context_.runs->dropped_steps += pace_->dropped() - counted_drops_;
+  context_.streams->run_steps_dropped += pace_->dropped() - counted_drops_;
   counted_drops_ = pace_->dropped();
 }
 
@@ -246,7 +246,7 @@ void RunReactor::WriteNext() {
   if (is_over && (is_broken_ || has_last_report_ || !ending_->ok() || !pace_)) {
     is_ended_ = true;
     alarm_.reset();
-    if (pace_) --context_.runs->running;
+    if (pace_) --context_.streams->runs;
     work_.done = nullptr;  // which holds this
     session_ = {};
     permit_ = nullptr;

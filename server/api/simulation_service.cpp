@@ -1,5 +1,7 @@
 #include "server/api/simulation_service.h"
 
+#include <google/protobuf/descriptor.h>
+
 #include <utility>
 
 namespace drape::api {
@@ -12,6 +14,13 @@ constexpr int64_t kRetryWhenUnread_ms = 200;
 ServiceContext WithBudget(ServiceContext context) {
   if (context.unread == nullptr) context.unread = MakeUnreadBudget(context.limits);
   return context;
+}
+
+// Among the methods of the service.
+int IndexOf(const char* method) {
+  const auto* const pool = google::protobuf::DescriptorPool::generated_pool();
+  const auto* const service = pool->FindServiceByName(v1::SimulationService::service_full_name());
+  return service->FindMethodByName(method)->index();
 }
 
 }  // namespace
@@ -42,7 +51,12 @@ Result<SessionLease> ServiceContext::FindSession(const Caller& caller,
 }
 
 SimulationService::SimulationService(ServiceContext context)
-    : context_(WithBudget(std::move(context))), start_us_(context_.clock.NowUs()) {}
+    : context_(WithBudget(std::move(context))), start_us_(context_.clock.NowUs()) {
+  // gRPC's own way to answer with bytes cannot stand beside the generated class of all methods.
+  using Handler = grpc::internal::CallbackBidiHandler<v1::StreamStatesRequest, grpc::ByteBuffer>;
+  MarkMethodCallback(IndexOf("StreamStates"),
+                     new Handler([this](Context* call) { return StreamEncodedStates(call); }));
+}
 
 uint64_t Fingerprint(const google::protobuf::Message& request, std::string_view content) {
   uint64_t hash = 0xcbf29ce484222325u;

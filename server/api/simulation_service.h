@@ -19,10 +19,11 @@
 
 namespace drape::api {
 
-// Run calls. Any thread.
-struct RunCounters {
-  std::atomic<uint32_t> running{0};        // now
-  std::atomic<uint64_t> dropped_steps{0};  // since the start
+// Of Run and StreamStates calls, since the start except "now". Any thread.
+struct StreamCounters {
+  std::atomic<uint32_t> runs{0};  // now
+  std::atomic<uint64_t> run_steps_dropped{0};
+  std::atomic<uint64_t> frames_encoded{0};
 };
 
 // The parts that the service uses; all of them outlive the gRPC server.
@@ -40,7 +41,7 @@ struct ServiceContext {
   std::shared_ptr<ByteBudget> unread = nullptr;
   // Who may call. Null: everybody.
   std::shared_ptr<const Authentication> authentication = nullptr;
-  std::shared_ptr<RunCounters> runs = std::make_shared<RunCounters>();
+  std::shared_ptr<StreamCounters> streams = std::make_shared<StreamCounters>();
 
   // Also reads the run of the server that the caller knows (kIncarnationHeader).
   Caller Identify(const grpc::CallbackServerContext& call) const;
@@ -100,7 +101,9 @@ class SimulationService final : public v1::SimulationService::CallbackService {
 
   grpc::ServerWriteReactor<v1::StateChunk>* ReadStates(Context*,
                                                        const v1::ReadStatesRequest*) override;
-  grpc::ServerBidiReactor<v1::StreamStatesRequest, v1::StateChunk>* StreamStates(Context*) override;
+  // Answers with serialised StateChunks: they are shared by the streams that send the same ones.
+  // The constructor puts it in the place of the generated method.
+  grpc::ServerBidiReactor<v1::StreamStatesRequest, grpc::ByteBuffer>* StreamEncodedStates(Context*);
 
   Reactor* Render(Context*, const v1::RenderRequest*, v1::RenderResponse*) override;
 

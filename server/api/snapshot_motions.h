@@ -76,8 +76,8 @@ inline bool IsLegal(const Eigen::Vector3d& place_m) {
 inline bool IsLegal(const RigidMotion& motion) {
   return IsWithin(motion.pivot_m, kMaxTarget_m) && IsWithin(motion.position_m, kMaxPlace_m) &&
          std::abs(motion.rotation.squaredNorm() - 1) <= kLargestRoundingOfUnit &&
-         IsWithin(motion.velocity_m_per_s, kMaxColliderSpeed_m_per_s) &&
-         IsWithin(motion.angular_velocity_rad_per_s, kMaxColliderTurn_rad_per_s);
+         IsWithin(motion.velocity_m_per_s, kMaxSpeed_m_per_s) &&
+         IsWithin(motion.angular_velocity_rad_per_s, kMaxTurn_rad_per_s);
 }
 
 template <class Value>

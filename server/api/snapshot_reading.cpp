@@ -136,7 +136,7 @@ void SetMeshes(const FieldPath& path, const v1::ClothSnapshot& message, const Re
     }
     maps.push_back({k, shared.maps[message.collider_meshes(number)]});
   }
-  SetMaps(maps, parameters.colliders);
+  SetMaps(maps, parameters.colliders, parameters.collider_motions);
 }
 
 std::vector<Pin> CheckPins(const FieldPath& path, const v1::ClothSpec& spec, const ReadModel& model,

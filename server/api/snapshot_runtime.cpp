@@ -253,7 +253,11 @@ ColliderTrack CheckColliderTrack(const FieldPath& path, const v1::RuntimeSnapsho
   std::vector<Vector3d> pivots_m;
   for (const Collider& collider : colliders) pivots_m.push_back(CentreOf(collider));
   track.Rest(std::move(pivots_m));
-  if (!message.has_colliders()) return track;
+  if (!message.has_colliders()) {
+    violations.Require(!HasBodies(colliders), path.Child("colliders"),
+                       [] { return "is missing: the cloth has a collider with a mass"; });
+    return track;
+  }
   auto moving = CheckTrack<RigidMotion>(path.Child("colliders"), message.colliders(),
                                         colliders.size(), false, violations);
   if (violations.Require(!moving.empty(), path.Child("colliders"),

@@ -10,8 +10,8 @@ grpc::ServerWriteReactor<v1::StateChunk>* SimulationService::ReadStates(
   return ReadStatesReactor::Start(context_, context_.Identify(*context), *request);
 }
 
-grpc::ServerBidiReactor<v1::StreamStatesRequest, v1::StateChunk>* SimulationService::StreamStates(
-    Context* context) {
+grpc::ServerBidiReactor<v1::StreamStatesRequest, grpc::ByteBuffer>*
+SimulationService::StreamEncodedStates(Context* context) {
   return StateStreamReactor::Start(context_, context_.Identify(*context));
 }
 

@@ -1,6 +1,7 @@
 #include "server/api/state_stream.h"
 
 #include <algorithm>
+#include <array>
 #include <limits>
 #include <string>
 #include <utility>
@@ -50,7 +51,7 @@ void StateStreamReactor::OnWriteDone(bool ok) {
   const std::lock_guard lock(mutex_);
   is_writing_ = false;
   if (!ok) return LoseClient();
-  if (!frames_.front().chunker.has_next()) {
+  if (!frames_.front().chunks.has_next()) {
     last_frame_ = frames_.front().number;
     last_step_ = frames_.front().step;
     frames_.pop_front();
@@ -75,16 +76,27 @@ void StateStreamReactor::OnDone() {
 void StateStreamReactor::OnFrame(ObservedFrame observed) {
   const std::lock_guard lock(mutex_);
   if (ending_) return;
-  uint64_t step = std::numeric_limits<uint64_t>::max();
-  for (const ClothStamp& stamp : observed.states.cloths) {
-    step = std::min(step, stamp.completed_steps);
-  }
-  std::vector<ChunkCloth> cloths;
-  for (const uint32_t index : observed.cloth_indices) cloths.push_back(cloths_[index]);
-  frames_.push_back({StateChunker(std::move(cloths), std::move(observed.states),
-                                  context_.limits.max_chunk_bytes, view_),
-                     observed.frame, observed.frames_dropped, step, std::move(observed.in_flight)});
+  const EncodedFrame& encoded = Encoded(*observed.content);
+  frames_.push_back({encoded.chunks, observed.frame, observed.frames_dropped, encoded.step,
+                     std::move(observed.in_flight)});
   WriteNext();
+}
+
+const StateStreamReactor::EncodedFrame& StateStreamReactor::Encoded(FrameContent& content) const {
+  if (content.encoded == nullptr) {
+    uint64_t step = std::numeric_limits<uint64_t>::max();
+    for (const ClothStamp& stamp : content.states.cloths) {
+      step = std::min(step, stamp.completed_steps);
+    }
+    std::vector<ChunkCloth> cloths;
+    for (const uint32_t index : content.cloth_indices) cloths.push_back(cloths_[index]);
+    StateChunker chunker(std::move(cloths), std::move(content.states),
+                         context_.limits.max_chunk_bytes, view_);
+    const auto count = [counters = context_.streams] { ++counters->frames_encoded; };
+    content.encoded =
+        std::make_shared<EncodedFrame>(EncodedFrame{SharedChunks(std::move(chunker), count), step});
+  }
+  return *static_cast<const EncodedFrame*>(content.encoded.get());
 }
 
 Status StateStreamReactor::Take(const v1::StreamStatesRequest& request) {
@@ -124,6 +136,7 @@ Status StateStreamReactor::Subscribe(const v1::StreamStatesRequest::Subscribe& r
   has_every_frame_ = checked.queue.has_value();
   DRAPE_RETURN_IF_ERROR(ReserveFrames(checked, session->owner(), request.ByteSizeLong(), spec));
   spec.fields = view_.FieldsRead();
+  spec.encoding = request.view().SerializeAsString();
   spec.every_n_steps = checked.every_n_steps;
   spec.max_hz = checked.max_hz;
   spec.initial_credit = checked.initial_credit;
@@ -186,10 +199,12 @@ void StateStreamReactor::WriteNext() {
     return;
   }
   Frame& frame = frames_.front();
-  frame.chunker.Next(&chunk_);
-  chunk_.set_frame(frame.number);
-  chunk_.set_frames_dropped(frame.frames_dropped);
-  frame.frames_dropped = 0;  // in the frame's first chunk only
+  v1::StateChunk own;  // parts of a message may follow each other in any order
+  own.set_frame(frame.number);
+  own.set_frames_dropped(std::exchange(frame.frames_dropped, 0));  // in its first chunk only
+  const std::array<grpc::Slice, 2> parts = {frame.chunks.Next(),
+                                            grpc::Slice(own.SerializeAsString())};
+  chunk_ = grpc::ByteBuffer(parts.data(), parts.size());
   is_writing_ = true;
   StartWrite(&chunk_);
 }

@@ -8,8 +8,8 @@
 #include <vector>
 
 #include "server/api/request_log.h"
+#include "server/api/shared_chunks.h"
 #include "server/api/simulation_service.h"
-#include "server/api/state_chunks.h"
 #include "server/api/stream_validation.h"
 
 namespace drape::api {
@@ -20,7 +20,7 @@ namespace drape::api {
 // Alive until gRPC and the scheduler's observer have let go of it; the subscription keeps its
 // session alive.
 class StateStreamReactor final
-    : public grpc::ServerBidiReactor<v1::StreamStatesRequest, v1::StateChunk>,
+    : public grpc::ServerBidiReactor<v1::StreamStatesRequest, grpc::ByteBuffer>,
       public std::enable_shared_from_this<StateStreamReactor> {
  public:
   static StateStreamReactor* Start(const ServiceContext& context, Caller caller);
@@ -28,10 +28,10 @@ class StateStreamReactor final
  private:
   // A frame that is cut into chunks; `in_flight` frees its place when it has left.
   struct Frame {
-    StateChunker chunker;
+    SharedChunks chunks;
     uint64_t number = 0;
     uint64_t frames_dropped = 0;
-    uint64_t step = 0;  // the lowest of its cloths
+    uint64_t step = 0;
     std::shared_ptr<void> in_flight;
   };
 
@@ -44,6 +44,12 @@ class StateStreamReactor final
   void OnDone() override;
 
   void OnFrame(ObservedFrame observed);
+  // What is sent of it, made by the first stream that gets it.
+  struct EncodedFrame {
+    SharedChunks chunks;
+    uint64_t step = 0;  // the lowest of its cloths
+  };
+  const EncodedFrame& Encoded(FrameContent& content) const;
   // With mutex_ held.
   Status Take(const v1::StreamStatesRequest& request);
   Status Subscribe(const v1::StreamStatesRequest::Subscribe& request);
@@ -63,7 +69,7 @@ class StateStreamReactor final
 
   std::mutex mutex_;
   v1::StreamStatesRequest request_;  // being read
-  v1::StateChunk chunk_;             // being written
+  grpc::ByteBuffer chunk_;           // being written
   RequestTag tag_;
   SessionLease session_;
   std::vector<ChunkCloth> cloths_;  // of the subscription

@@ -76,6 +76,8 @@ std::string MetricsText(const ServerNumbers& n) {
       Count("drape_long_step_pieces_total", "Pieces of steps longer than a batch may take.",
             n.long_step_pieces),
       Count("drape_frames_sent_total", "Frames of states sent to StreamStates.", n.frames_sent),
+      Count("drape_frames_encoded_total", "Frames encoded: viewers of the same share them.",
+            n.frames_encoded),
       Count("drape_frames_dropped_total", "Frames that a later one replaced for lack of credit.",
             n.frames_dropped),
       Count("drape_slow_consumers_total", "Streams of every frame that ended because nobody read.",

@@ -22,6 +22,7 @@ struct ServerNumbers {
   uint64_t faults = 0;
   uint64_t long_step_pieces = 0;
   uint64_t frames_sent = 0;
+  uint64_t frames_encoded = 0;
   uint64_t frames_dropped = 0;
   uint64_t slow_consumers = 0;
   uint64_t runs = 0;  // now

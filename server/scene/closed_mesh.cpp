@@ -3,6 +3,8 @@
 #include <spdlog/fmt/fmt.h>
 
 #include <algorithm>
+#include <cmath>
+#include <numbers>
 #include <span>
 #include <tuple>
 
@@ -181,6 +183,58 @@ double EnclosedVolume(const TriangleMesh& mesh) {
     six_volumes += a.dot(b.cross(c));
   }
   return six_volumes / 6;
+}
+
+SolidMoments MomentsOf(const TriangleMesh& mesh) {
+  SolidMoments moments;
+  if (mesh.triangles.empty()) return moments;
+  const Vector3d origin = mesh.positions_m[mesh.triangles[0][0]];  // keeps the terms small
+  Vector3d first = Vector3d::Zero();
+  Eigen::Matrix3d second = Eigen::Matrix3d::Zero();
+  for (const auto& [i, j, k] : mesh.triangles) {
+    const Vector3d a = mesh.positions_m[i] - origin;
+    const Vector3d b = mesh.positions_m[j] - origin;
+    const Vector3d c = mesh.positions_m[k] - origin;
+    const Vector3d sum = a + b + c;
+    const double volume = a.dot(b.cross(c)) / 6;
+    moments.volume_m3 += volume;
+    first += volume / 4 * sum;
+    second += volume / 20 *
+              (sum * sum.transpose() + a * a.transpose() + b * b.transpose() + c * c.transpose());
+  }
+  const Vector3d centroid = first / moments.volume_m3;
+  moments.centroid_m = origin + centroid;
+  moments.second_m5 = second - moments.volume_m3 * centroid * centroid.transpose();
+  for (const auto& triangle : mesh.triangles) {
+    for (const uint32_t vertex : triangle) {
+      const double distance = (mesh.positions_m[vertex] - moments.centroid_m).norm();
+      moments.radius_m = std::max(moments.radius_m, distance);
+    }
+  }
+  return moments;
+}
+
+std::vector<Vector3d> OutermostVertices(const TriangleMesh& mesh, int directions) {
+  std::vector<uint32_t> outermost;
+  for (int k = 0; k < directions; ++k) {
+    const double y = 1 - (2 * k + 1.0) / directions;
+    const double angle = k * std::numbers::pi * (3 - std::sqrt(5.0));
+    const double across = std::sqrt(1 - y * y);
+    const Vector3d direction(across * std::cos(angle), y, across * std::sin(angle));
+    uint32_t best = mesh.triangles[0][0];
+    for (const auto& triangle : mesh.triangles) {
+      for (const uint32_t vertex : triangle) {
+        const double along = direction.dot(mesh.positions_m[vertex] - mesh.positions_m[best]);
+        if (along > 0) best = vertex;
+      }
+    }
+    outermost.push_back(best);
+  }
+  std::ranges::sort(outermost);
+  outermost.erase(std::unique(outermost.begin(), outermost.end()), outermost.end());
+  std::vector<Vector3d> places;
+  for (const uint32_t vertex : outermost) places.push_back(mesh.positions_m[vertex]);
+  return places;
 }
 
 std::vector<uint32_t> TwinHalfEdges(const TriangleMesh& mesh) {

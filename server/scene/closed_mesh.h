@@ -1,6 +1,7 @@
 // Meshes that enclose a volume: the conditions that make a triangle mesh a solid.
 #pragma once
 
+#include <Eigen/Core>
 #include <cstdint>
 #include <vector>
 
@@ -27,6 +28,23 @@ std::vector<FieldViolation> CheckClosedMesh(const TriangleMesh& mesh,
 
 // Enclosed volume [m^3]; negative where the triangles are clockwise seen from outside.
 double EnclosedVolume(const TriangleMesh& mesh);
+
+// Volume, and first and second moments of a solid of density 1.
+struct SolidMoments {
+  double volume_m3 = 0;
+  Eigen::Vector3d centroid_m = Eigen::Vector3d::Zero();
+  // Integral of (x - centroid)(x - centroid)^T [m^5].
+  Eigen::Matrix3d second_m5 = Eigen::Matrix3d::Zero();
+  double radius_m = 0;  // of the ball around the centroid that holds the solid
+};
+
+// Of what the mesh encloses: sums over the tetrahedra between one point and its triangles, exact
+// but for rounding (Eberly 2002, «Polyhedral mass properties (revisited)»).
+SolidMoments MomentsOf(const TriangleMesh& mesh);
+
+// The vertices that are farthest along each of `directions` directions, evenly spread over a sphere
+// (Fibonacci's spiral); each once, in the order of their indices.
+std::vector<Eigen::Vector3d> OutermostVertices(const TriangleMesh& mesh, int directions);
 
 // Half-edge 3 t + k runs from corner k of triangle t to corner k + 1 (mod 3); its twin is the same
 // edge in the neighbour. [3 * triangle_count]. The mesh has passed CheckClosedMesh.

@@ -141,6 +141,10 @@ ColliderNumbers Numbers(const DistanceMapShape& solid, const RigidTransform& pos
 
 }  // namespace
 
+bool HasBodies(std::span<const Collider> colliders) {
+  return std::ranges::any_of(colliders, &Collider::is_body);
+}
+
 Collider SphereAt(const Vector3d& center_m, double radius_m) {
   return {SphereShape{radius_m}, {center_m}};
 }
@@ -178,7 +182,9 @@ Vector3d CentreOf(const Collider& collider) {
 
 Collider Moved(const Collider& collider, const RigidMotion& motion) {
   const auto& [position_m, rotation] = collider.pose;
-  return {collider.shape, {motion.PlaceOf(position_m), motion.rotation * rotation}};
+  Collider moved = collider;
+  moved.pose = {motion.PlaceOf(position_m), motion.rotation * rotation};
+  return moved;
 }
 
 SurfaceDistance SurfaceOf(const Collider& collider, const Vector3d& q) {

@@ -10,6 +10,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <memory>
+#include <span>
 #include <string_view>
 #include <variant>
 
@@ -90,11 +91,19 @@ static_assert(std::variant_size_v<Shape> == kShapeNames.size());
 struct Collider {
   Shape shape;
   RigidTransform pose{};
+  // At most one of the two is above 0: then it is a rigid body (body_mass.h), which gravity and
+  // contacts move. Not of a plane.
+  double density_kg_per_m3 = 0;
+  double mass_kg = 0;
 
   ShapeKind kind() const { return static_cast<ShapeKind>(shape.index()); }
+  bool is_body() const { return density_kg_per_m3 > 0 || mass_kg > 0; }
 
   bool operator==(const Collider&) const = default;
 };
+
+// Whether any of them is a body.
+bool HasBodies(std::span<const Collider> colliders);
 
 Collider SphereAt(const Eigen::Vector3d& center_m, double radius_m);
 // `normal`: unit.

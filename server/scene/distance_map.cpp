@@ -95,6 +95,8 @@ Result<std::shared_ptr<const DistanceMap>> DistanceMap::Build(
                     "crosses itself or a part of it is inside out",
                     p.x(), p.y(), p.z()));
   }
+  map->moments_ = MomentsOf(mesh);
+  map->outermost_m_ = OutermostVertices(mesh, kOutermostDirections);
   return std::shared_ptr<const DistanceMap>(map);
 }
 

@@ -71,7 +71,13 @@ class DistanceMap {
   // The mesh of the map: for drawing, and to compare.
   const TriangleMesh& mesh() const { return mesh_; }
 
+  // Of what the mesh encloses.
+  const SolidMoments& moments() const { return moments_; }
+  // OutermostVertices of the mesh in kOutermostDirections.
+  const std::vector<Eigen::Vector3d>& outermost_m() const { return outermost_m_; }
+
   static constexpr int kMarginCells = 3;
+  static constexpr int kOutermostDirections = 64;
   // Length of a gradient [-] below which its direction is rounding.
   static constexpr double kMinGradient = 1e-6;
 
@@ -101,6 +107,8 @@ class DistanceMap {
   std::array<uint32_t, 3> sample_counts_{};
   std::vector<float> samples_m_;
   double error_bound_m_ = 0;
+  SolidMoments moments_;
+  std::vector<Eigen::Vector3d> outermost_m_;
 };
 
 // Hash of all inputs of the map: equal arguments give equal maps and equal hashes.

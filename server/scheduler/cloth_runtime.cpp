@@ -105,9 +105,18 @@ void ClothRuntime::CompleteStep(const StepReport& report) {
     ++progress_.completed_steps;
     ++state_version_;
     progress_.warnings.Count(report.warnings);
+    FollowBodies(report);
   }
   sleep_.CompleteStep(report);
   published_.Publish(progress_);
+}
+
+void ClothRuntime::FollowBodies(const StepReport& report) {
+  if (report.bodies == nullptr) return;
+  for (const BodyState& body : *report.bodies) {
+    controls_.colliders().Follow(body.collider, body.motion, progress_.time_s);
+  }
+  controls_.ShowColliders();
 }
 
 void ClothRuntime::CompleteStepAsleep() {

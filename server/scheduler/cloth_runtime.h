@@ -204,6 +204,8 @@ class ClothRuntime {
 
  private:
   double TimeAfter_s(uint64_t completed_steps) const;
+  // They are where the step that is complete has moved them.
+  void FollowBodies(const StepReport& report);
   void SetTimeStep(double time_step_s);
 
   bool is_alive_ = false;

@@ -43,6 +43,10 @@ void ColliderTrack::Move(size_t collider, const ColliderTarget& target, double o
   track_.Set(collider, {start, goal, now_s, over_s});
 }
 
+void ColliderTrack::Follow(size_t collider, const RigidMotion& motion, double now_s) {
+  track_.Set(collider, {motion, {}, now_s, 0});
+}
+
 std::span<const RigidMotion> ColliderTrack::MotionsForStep(double start_s, double end_s) {
   of_step_.clear();
   for (size_t k = 0; k < track_.size(); ++k) {

@@ -43,6 +43,9 @@ class ColliderTrack {
   // turning about one axis, the shorter way, over `over_s` seconds (0 = within one step).
   void Move(size_t collider, const ColliderTarget& target, double over_s, double now_s);
 
+  // Needs is_moving(). A step has moved body `collider` to this pose, with these velocities.
+  void Follow(size_t collider, const RigidMotion& motion, double now_s);
+
   // As StepItem::collider_motions wants them for a step between these times: nothing unless
   // is_moving(). Valid until the next call.
   std::span<const RigidMotion> MotionsForStep(double start_s, double end_s);

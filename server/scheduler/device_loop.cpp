@@ -99,9 +99,9 @@ std::vector<DeviceLoop::RequestPointer> DeviceLoop::StartAndEnd() {
   // In order of arrival: a request that ends passes its turns to later ones only.
   for (auto entry = requests_.begin(); entry != requests_.end();) {
     ActiveRequest& request = **entry;
-    EndIfPointless(request, now_us);
-    if (!request.end_status().has_value() && !request.has_started() && request.has_every_turn() &&
-        !HeldBackUntil_us(request, now_us)) {
+    const std::optional<int64_t> held_us = HeldBackUntil_us(request, now_us);
+    EndIfPointless(request, now_us, held_us);
+    if (!request.end_status() && !request.has_started() && request.has_every_turn() && !held_us) {
       const Status status = request.Start(backend_, settings_.max_steps_per_request);
       if (!status.ok()) request.EndWith(status);
     }
@@ -118,7 +118,8 @@ std::vector<DeviceLoop::RequestPointer> DeviceLoop::StartAndEnd() {
   return over;
 }
 
-void DeviceLoop::EndIfPointless(ActiveRequest& request, int64_t now_us) {
+void DeviceLoop::EndIfPointless(ActiveRequest& request, int64_t now_us,
+                                std::optional<int64_t> held_back_until_us) {
   if (request.is_done()) return;
   const StepWork& work = request.work();
   if (work.cancel.is_cancelled()) {
@@ -129,7 +130,6 @@ void DeviceLoop::EndIfPointless(ActiveRequest& request, int64_t now_us) {
     request.EndWith({StatusCode::kCancelled, "DEADLINE_PASSED",
                      "the deadline of the request passed before it started"});
   }
-  const std::optional<int64_t> held_back_until_us = HeldBackUntil_us(request, now_us);
   if (!held_back_until_us || *held_back_until_us <= work.deadline_us) return;
   Status status(StatusCode::kResourceExhausted, "RATE_EXCEEDED",
                 "max_particle_substeps_per_s_per_tenant is " +

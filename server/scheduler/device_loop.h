@@ -90,7 +90,8 @@ class DeviceLoop {
   // Moves the requests that are over from requests_ to the result; starts those that can start.
   std::vector<RequestPointer> StartAndEnd();
   // Ends the request if nobody waits for it any longer, or if it would wait in vain.
-  void EndIfPointless(ActiveRequest& request, int64_t now_us);
+  void EndIfPointless(ActiveRequest& request, int64_t now_us,
+                      std::optional<int64_t> held_back_until_us);
   // When the rate of its tenant allows the request to go on; none: now. A long step that has begun
   // goes on: it holds memory that others may need.
   std::optional<int64_t> HeldBackUntil_us(const ActiveRequest& request, int64_t now_us) const;

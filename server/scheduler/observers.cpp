@@ -38,7 +38,7 @@ FrameDecision DecideFrame(const FrameSituation& situation) {
   if (situation.max_hz > 0 && situation.last_frame_us.has_value()) {
     const double interval = std::min(std::ceil(1e6 / situation.max_hz), kMaxInterval_us);
     const auto interval_us = static_cast<int64_t>(interval);
-    const int64_t next_us = *situation.last_frame_us + interval_us;
+    const int64_t next_us = (*situation.last_frame_us / interval_us + 1) * interval_us;
     if (situation.now_us < next_us) {
       decision.wake_at_us = next_us;
       return decision;
@@ -87,6 +87,7 @@ void ObserverSet::Add(ObserverSpec spec, std::shared_ptr<Observer> observer) {
     seen.reset_count = cloth->reset_count();
     subscription.seen.push_back(seen);
   }
+  subscription.audience = AudienceOf(spec);
   subscription.spec = std::move(spec);
   subscription.observer = std::move(observer);
   subscriptions_.push_back(std::move(subscription));
@@ -112,7 +113,34 @@ std::optional<int64_t> ObserverSet::Serve(Backend& backend, int64_t now_us) {
     }
     ++entry;
   }
+  // The receivers keep what they have not sent.
+  for (Subscription& subscription : subscriptions_) subscription.audience->contents.clear();
   return wake_at_us;
+}
+
+std::shared_ptr<ObserverSet::Audience> ObserverSet::AudienceOf(const ObserverSpec& spec) const {
+  for (const Subscription& other : subscriptions_) {
+    if (other.spec.encoding == spec.encoding && other.spec.fields == spec.fields &&
+        other.spec.cloths == spec.cloths) {
+      return other.audience;
+    }
+  }
+  return std::make_shared<Audience>();
+}
+
+std::shared_ptr<FrameContent> ObserverSet::Content(const Subscription& subscription,
+                                                   std::vector<uint32_t> cloths, Backend& backend) {
+  auto& contents = subscription.audience->contents;
+  for (const auto& content : contents) {
+    if (content->cloth_indices == cloths) return content;
+  }
+  std::vector<std::shared_ptr<ClothRuntime>> read;
+  for (const uint32_t k : cloths) read.push_back(subscription.spec.cloths[k]);
+  auto content = std::make_shared<FrameContent>();
+  content->cloth_indices = std::move(cloths);
+  content->states = ReadClothStates(backend, read, subscription.spec.fields);
+  contents.push_back(content);
+  return content;
 }
 
 std::optional<int64_t> ObserverSet::ServeLatest(Subscription& subscription, Backend& backend,
@@ -212,18 +240,14 @@ bool ObserverSet::SendFrame(Subscription& subscription, std::vector<uint32_t> cl
                             Backend& backend) {
   std::erase_if(cloths, [&](uint32_t k) { return !subscription.spec.cloths[k]->is_alive(); });
   if (cloths.empty()) return false;
-  std::vector<std::shared_ptr<ClothRuntime>> sent;
   for (const uint32_t k : cloths) {
-    const auto& cloth = subscription.spec.cloths[k];
     Seen& seen = subscription.seen[k];
     seen.is_sent = true;
-    seen.state_version = cloth->state_version();
-    sent.push_back(cloth);
+    seen.state_version = subscription.spec.cloths[k]->state_version();
   }
   const uint64_t bytes = FrameBytes(subscription.spec, cloths);
   ObservedFrame frame;
-  frame.cloth_indices = std::move(cloths);
-  frame.states = ReadClothStates(backend, sent, subscription.spec.fields);
+  frame.content = Content(subscription, std::move(cloths), backend);
   frame.frame = ++subscription.frame;
   frame.frames_dropped = std::exchange(subscription.frames_dropped, 0);
   ++counters_.frames_sent;

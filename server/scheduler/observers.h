@@ -30,7 +30,8 @@ struct FrameSituation {
   bool is_paused = false;
   uint32_t credit = 0;
   uint32_t frames_in_flight = 0;
-  double max_hz = 0;  // 0 = no limit
+  // 0 = no limit; else at most one frame from one multiple of 1/max_hz to the next.
+  double max_hz = 0;
   int64_t now_us = 0;
   std::optional<int64_t> last_frame_us;
 };
@@ -45,18 +46,26 @@ struct FrameDecision {
 };
 // The latest frame wins. A due frame that cannot be sent now is owed; the next due frame replaces
 // it, and the older one counts as dropped if lack of credit (or too many frames in flight) held it
-// back. Frames held back by max_hz or a pause are not counted. Pure.
+// back. Frames held back by max_hz or a pause are not counted. The times of a rate are multiples of
+// its interval, the same for all subscriptions, so that those of one rate share their frames. Pure.
 FrameDecision DecideFrame(const FrameSituation& situation);
+
+// What a frame holds: one for all subscriptions of the same audience to which it is due at once.
+struct FrameContent {
+  // The cloths in it, as indices into ObserverSpec::cloths, ascending: those whose state has
+  // changed since the last frame that held them.
+  std::vector<uint32_t> cloth_indices;
+  ClothStates states;  // same order; the first receiver may take them
+  // Completion thread only. What the first receiver made of the states, for the others.
+  std::shared_ptr<const void> encoded;
+};
 
 // A frame of a subscription. Keep it (or `in_flight`) until its bytes have been sent: it is one of
 // the kMaxFramesInFlight.
 struct ObservedFrame {
   uint64_t frame = 0;           // from 1
   uint64_t frames_dropped = 0;  // since the previous frame
-  // The cloths in it, as indices into ObserverSpec::cloths, ascending: those whose state has
-  // changed since the last frame that held them.
-  std::vector<uint32_t> cloth_indices;
-  ClothStates states;  // same order
+  std::shared_ptr<FrameContent> content;
   std::shared_ptr<void> in_flight;
 };
 
@@ -73,7 +82,10 @@ struct ObserverSpec {
   std::string session;   // as in StepWork; empty: only the limit in all applies
   std::string tenant{};  // of the session
   std::vector<std::shared_ptr<ClothRuntime>> cloths;
-  StateFields fields;          // at least one
+  StateFields fields;  // at least one
+  // How the receiver encodes them. Subscriptions of which cloths, fields and this are equal are one
+  // audience: they share frames.
+  std::string encoding{};
   uint32_t every_n_steps = 1;  // >= 1
   // Limit on the frames per second; 0 = none. Less than one per hour counts as one per hour.
   double max_hz = 0;
@@ -145,8 +157,13 @@ class ObserverSet {
     uint64_t completed_steps = 0;  // when last looked at
     uint64_t reset_count = 0;
   };
+  // Of subscriptions that share frames.
+  struct Audience {
+    std::vector<std::shared_ptr<FrameContent>> contents;  // read while Serve runs, for all of them
+  };
   struct Subscription {
     ObserverSpec spec;
+    std::shared_ptr<Audience> audience;
     std::shared_ptr<Observer> observer;
     std::vector<Seen> seen;  // [cloth]
     bool is_owed = true;     // the first frame
@@ -156,6 +173,10 @@ class ObserverSet {
     std::optional<int64_t> last_frame_us;
   };
 
+  std::shared_ptr<Audience> AudienceOf(const ObserverSpec& spec) const;
+  // The states of these cloths, all alive, read once for the audience while Serve runs.
+  std::shared_ptr<FrameContent> Content(const Subscription& subscription,
+                                        std::vector<uint32_t> cloths, Backend& backend);
   // Sends the latest state if a frame is due and may be sent; when to look again.
   std::optional<int64_t> ServeLatest(Subscription& subscription, Backend& backend, int64_t now_us);
   // Sends the frame that is due, if there is one. An error: there is no room for it.

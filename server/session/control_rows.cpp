@@ -78,10 +78,15 @@ RowCheck CheckPin(const ClothRecord& cloth, ClothControl<PinControl>& row) {
 
 RowCheck CheckCollider(const ClothRecord& cloth, ClothControl<ColliderControl>& row) {
   ColliderControl& control = row.control;
-  const size_t count = cloth.description()->parameters.colliders.size();
-  if (control.collider >= count) {
+  const auto description = cloth.description();
+  const std::vector<Collider>& colliders = description->parameters.colliders;
+  if (control.collider >= colliders.size()) {
     return RowError{"colliders", fmt::format("{} is not below the number of colliders, {}",
-                                             control.collider, count)};
+                                             control.collider, colliders.size())};
+  }
+  if (colliders[control.collider].is_body()) {
+    return RowError{"colliders",
+                    fmt::format("collider {} has a mass: only forces move it", control.collider)};
   }
   control.target.position_m = cloth.placement.ClothFromEnvironment(control.target.position_m);
   return std::nullopt;

@@ -56,4 +56,13 @@ size_t DistanceMapCache::size() const {
       maps_.begin(), maps_.end(), [](const auto& entry) { return !entry.second.expired(); }));
 }
 
+std::shared_ptr<DistanceMapCache> DistanceMapCaches::Of(const std::string& tenant) {
+  const std::lock_guard lock(mutex_);
+  std::erase_if(caches_, [](const auto& entry) { return entry.second.expired(); });
+  std::weak_ptr<DistanceMapCache>& entry = caches_[tenant];
+  std::shared_ptr<DistanceMapCache> cache = entry.lock();
+  if (cache == nullptr) entry = cache = std::make_shared<DistanceMapCache>();
+  return cache;
+}
+
 }  // namespace drape

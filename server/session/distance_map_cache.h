@@ -1,4 +1,4 @@
-// Distance maps of equal content are one object.
+// Distance maps of equal content of one tenant are one object.
 #pragma once
 
 #include <condition_variable>
@@ -6,6 +6,7 @@
 #include <functional>
 #include <memory>
 #include <mutex>
+#include <string>
 #include <unordered_map>
 #include <unordered_set>
 
@@ -33,6 +34,19 @@ class DistanceMapCache {
   std::condition_variable is_built_;
   std::unordered_set<uint64_t> building_;                                     // hashes
   std::unordered_multimap<uint64_t, std::weak_ptr<const DistanceMap>> maps_;  // by content hash
+};
+
+// A cache for each tenant: how long a request takes must not tell that another tenant has its mesh.
+// Thread-safe.
+class DistanceMapCaches {
+ public:
+  // Lives as long as somebody holds it. `tenant`: empty for all sessions of a server without
+  // tokens.
+  std::shared_ptr<DistanceMapCache> Of(const std::string& tenant);
+
+ private:
+  std::mutex mutex_;
+  std::unordered_map<std::string, std::weak_ptr<DistanceMapCache>> caches_;  // by tenant
 };
 
 }  // namespace drape

@@ -38,6 +38,7 @@ Session::Session(std::shared_ptr<SessionCommons> commons, std::string name,
 Session::Session(std::shared_ptr<SessionCommons> commons, std::string name,
                  std::string display_name, double ttl_s, std::string tenant, IssuedIds issued)
     : commons_(std::move(commons)),
+      maps_(commons_->maps.Of(tenant)),
       name_(std::move(name)),
       display_name_(std::move(display_name)),
       ttl_s_(ttl_s),

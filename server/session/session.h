@@ -47,7 +47,7 @@ struct SessionCommons {
   TenantQuota tenants{limits.per_tenant};
   std::atomic<uint64_t> worlds{0};  // made so far
   ModelCache models;
-  DistanceMapCache maps;
+  DistanceMapCaches maps;
 };
 
 struct CreatedCloths {
@@ -108,8 +108,8 @@ class Session : public std::enable_shared_from_this<Session> {
   uint64_t particle_count() const;  // quota in use
   uint64_t map_bytes() const { return map_quota_->used_bytes(); }
   RequestMemory& request_memory() { return request_memory_; }
-  // Shared by the whole server.
-  DistanceMapCache& maps() { return commons_->maps; }
+  // Shared by the sessions of its tenant.
+  DistanceMapCache& maps() { return *maps_; }
 
   // Creates all the copies or none. RESOURCE_EXHAUSTED (QUOTA_EXCEEDED) names the limit;
   // RESOURCE_EXHAUSTED of the backend when the device is full. INVALID_ARGUMENT for cloths that
@@ -217,6 +217,8 @@ class Session : public std::enable_shared_from_this<Session> {
   Status Keep(const std::string& name, std::shared_ptr<const SavedStates> saved);
   // INVALID_ARGUMENT where the backend has no self-collision but a cloth `touches_itself`.
   Status CheckSelfCollision(bool touches_itself) const;
+  // INVALID_ARGUMENT where the backend has no bodies but one of the colliders is one.
+  Status CheckBodies(std::span<const Collider> colliders) const;
   Status Adopt(std::vector<SavedCloth>& cloths);
   Result<std::vector<LoadPair>> PairsOf(const SavedStates& saved, std::span<const ClothId> into,
                                         std::span<const ClothId> from) const;
@@ -224,6 +226,7 @@ class Session : public std::enable_shared_from_this<Session> {
   void FreeOnDevice(ClothList cloths, std::function<void(Status)> done);
 
   const std::shared_ptr<SessionCommons> commons_;
+  const std::shared_ptr<DistanceMapCache> maps_;
   const std::string name_;
   const std::string display_name_;
   const double ttl_s_;

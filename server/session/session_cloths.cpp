@@ -1,4 +1,6 @@
 // The methods of Session that create and change cloths on the device.
+#include <spdlog/fmt/fmt.h>
+
 #include <algorithm>
 #include <utility>
 
@@ -38,6 +40,19 @@ Status Session::CheckSelfCollision(bool touches_itself) const {
                                   "--backend=cpu or --backend=reference have");
 }
 
+Status Session::CheckBodies(std::span<const Collider> colliders) const {
+  const BackendDescription& backend = commons_->scheduler.description();
+  if (backend.has_bodies) return Status::Ok();
+  const auto body = std::ranges::find_if(colliders, &Collider::is_body);
+  if (body == colliders.end()) return Status::Ok();
+  const char* const field = body->density_kg_per_m3 > 0 ? "density_kg_per_m3" : "mass_kg";
+  return Status::InvalidField(
+      fmt::format("spec.environment.colliders[{}].{}", body - colliders.begin(), field),
+      fmt::format("must be unset: on the backend {} of this server no collider is moved by forces; "
+                  "servers with --backend=cpu or --backend=reference have that",
+                  backend.name));
+}
+
 namespace {
 
 std::vector<const StepSettings*> SettingsOf(const ClothCreation& creation) {
@@ -57,6 +72,9 @@ bool TouchesItself(const ClothCreation& creation) {
 void Session::CreateCloths(ClothCreation creation,
                            std::function<void(Result<CreatedCloths>)> done) {
   DRAPE_CHECK(!creation.copies.empty(), "at least one copy");
+  if (const Status status = CheckBodies(creation.copies[0].parameters.colliders); !status.ok()) {
+    return done(status);
+  }
   if (const Status status = CheckSelfCollision(TouchesItself(creation)); !status.ok()) {
     done(status);
     return;
@@ -158,6 +176,7 @@ void Session::UpdateCloths(ClothList cloths, ClothChange change,
     return;
   }
   if (change.colliders) {
+    if (const Status status = CheckBodies(*change.colliders); !status.ok()) return done(status);
     DistanceMapSet maps;
     Insert(*change.colliders, maps);
     Result<MapCharges> charges = map_quota_->Charge(maps);

@@ -68,6 +68,8 @@ void Session::Import(std::vector<SavedCloth> cloths, bool keeps_ids,
     const Status status =
         CheckSelfCollision(cloth.description->parameters.self_collision.has_value());
     if (!status.ok()) return done(status);
+    const Status bodies = CheckBodies(cloth.description->parameters.colliders);
+    if (!bodies.ok()) return done(bodies);
     const uint32_t its = cloth.description->model->particle_count();
     particles += its;
     largest = std::max(largest, its);

@@ -324,7 +324,14 @@ void SessionRegistry::Drop(uint64_t number, std::function<void(Status)> done) {
     return done({StatusCode::kNotFound, "SESSION_NOT_FOUND",
                  "no session has the number " + std::to_string(number)});
   }
-  Delete(name, std::move(done), tenant);
+  // What an operator did is never left out.
+  const std::string line = fmt::format("session_dropped name={}{} by=operator",
+                                       ShortSessionName(name), TenantField(tenant));
+  const auto log = [line, done = std::move(done)](const Status& status) {
+    if (status.ok()) spdlog::info("{}", line);
+    done(status);
+  };
+  Delete(name, log, tenant);
 }
 
 std::vector<std::pair<std::string, std::string>> SessionRegistry::LostNames() const {

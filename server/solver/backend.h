@@ -31,6 +31,7 @@ struct BackendDescription {
   bool is_hardware_gpu = false;
   bool has_self_collision = false;  // ClothParameters::self_collision is supported
   bool has_impulses = false;        // StepItem::impulses is
+  bool has_bodies = false;          // Collider::is_body is: StepReport::bodies
   // How a cloth of this model is stepped: "resident", "tiled", "lanes", "single", "scalar". Pure;
   // any thread.
   std::function<std::string(const SceneModel&)> plan_of;
@@ -66,6 +67,7 @@ struct StepItem {
   std::span<const double> rest_lengths_m = {};
   // Collider motions from the start of the step, [collider_count]; only for cloths with
   // ClothParameters::collider_motions. Empty: they continue as the last step or write left them.
+  // Those of bodies are where the last step has reported them (StepReport::bodies).
   std::span<const RigidMotion> collider_motions = {};
   // Held in this step alone, at most ClothParameters::max_grips: ascending, none of them a pin.
   // They move like pins, from where they are.

@@ -2,14 +2,31 @@
 
 #include <algorithm>
 #include <cmath>
+#include <span>
 
+#include "server/scene/body_mass.h"
 #include "server/solver/solver_constants.h"
 
 namespace drape {
 
+namespace {
+
+// That the cloth may have to carry.
+double BodyMass_kg(std::span<const Collider> colliders) {
+  double mass_kg = 0;
+  for (const Collider& collider : colliders) {
+    const bool is_known = collider.kind() != ShapeKind::kDistanceMap || MapOf(collider) != nullptr;
+    if (collider.is_body() && is_known) mass_kg += MassOf(collider).mass_kg;
+  }
+  return mass_kg;
+}
+
+}  // namespace
+
 double WeightGamma(const SceneModel& model, const ClothParameters& parameters) {
   const double h = parameters.settings.substep_s();
-  const double weight_n = model.total_mass_kg() * parameters.gravity_m_per_s2.norm();
+  const double mass_kg = model.total_mass_kg() + kBodyImpact * BodyMass_kg(parameters.colliders);
+  const double weight_n = mass_kg * parameters.gravity_m_per_s2.norm();
   return h * h * weight_n * model.link_mobility();
 }
 

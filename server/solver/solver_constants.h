@@ -58,6 +58,8 @@ inline constexpr unsigned kReachDirections = 4;
 // origin]. Far above any cloth in SI units; single precision still resolves 0.1 m there.
 inline constexpr double kMaxSpeed_m_per_s = 1e5;
 inline constexpr double kMaxCoordinate_m = 1e6;
+// The same for the angular velocity of a body [rad/s]: far above a marble that rolls.
+inline constexpr double kMaxTurn_rad_per_s = 1e6;
 
 // Below this length [m] a difference of two positions has no direction: the impulse then acts along
 // +x (distance constraints, i to j) or not at all (springs); contacts at a sphere's centre push

@@ -21,8 +21,9 @@ double EndShare(const SceneModel& model, const ClothParameters& parameters) {
     case Direction::kBlended:
       break;
   }
-  // Strips leave much of the errors there, and start directions turn those into energy.
-  if (model.held_mass_ratio() > kMaxHeldMassRatio) return 1;
+  // Strips leave much of the errors there, and start directions turn those into energy. What bodies
+  // give to a cloth is not watched (energy_watch.h).
+  if (model.held_mass_ratio() > kMaxHeldMassRatio || HasBodies(parameters.colliders)) return 1;
   const auto share = [](double gamma, double begin, double end) {
     return std::clamp((gamma - begin) / (end - begin), 0.0, 1.0);
   };
@@ -54,14 +55,14 @@ bool KeepsEnergy(const SceneModel& model, const ClothParameters& parameters) {
 
 // Two steps need strips: springs alone are integrated better by velocity Verlet, and the errors
 // that colours and joints leave would gain energy, as would those that strips leave where masses
-// differ much (kMaxHeldMassRatio).
+// differ much (kMaxHeldMassRatio). Impulses between a cloth and a body count once.
 bool HasTwoSteps(const SceneModel& model, const ClothParameters& parameters,
                  const SolverChoice& choice) {
   const StepSettings& settings = parameters.settings;
   return settings.integration == Integration::kTwoStep && choice.has_strips &&
          settings.substeps > 1 && model.constraint_count() > 0 && model.joint_count() == 0 &&
          !choice.has_spring_forces && model.held_mass_ratio() <= kMaxHeldMassRatio &&
-         !KeepsEnergy(model, parameters);
+         !HasBodies(parameters.colliders) && !KeepsEnergy(model, parameters);
 }
 
 // Kicks follow what is no faster than h^2 omega^2 = 1, and are cheaper than lines, which are stable

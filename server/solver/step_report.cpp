@@ -9,8 +9,8 @@ std::string_view FaultReasonText(FaultReason reason) {
     case FaultReason::kNotFinite:
       return "a position or velocity became infinite or not a number; the last good state is kept";
     case FaultReason::kRunaway:
-      return "a particle exceeded 1e5 m/s or 1e6 m from the cloth's origin; the last good state is "
-             "kept";
+      return "a particle or body exceeded 1e5 m/s or 1e6 m from the cloth's origin (or a body 1e6 "
+             "rad/s); the last good state is kept";
     case FaultReason::kInWorld:
       return "another cloth of its world is faulted; the last good state is kept";
   }

@@ -6,7 +6,9 @@
 #include <limits>
 #include <memory>
 #include <string_view>
+#include <vector>
 
+#include "server/scene/rigid_motion.h"
 #include "server/solver/step_impulses.h"
 
 namespace drape {
@@ -74,6 +76,12 @@ struct Measurements {
   uint32_t crossings = 0;
 };
 
+// A collider that is a rigid body, after a step: its pose and velocities in the cloth's own frame.
+struct BodyState {
+  uint32_t collider = 0;
+  RigidMotion motion;  // the pivot is the centre of mass
+};
+
 struct StepReport {
   uint32_t iterations = 0;  // sweeps over all substeps of the step
   // Sweeps per substep that the frame budget allowed; 0: no budget. Set by the scheduler.
@@ -85,6 +93,8 @@ struct StepReport {
   StepWarnings warnings;
   Measurements measured;                           // zero unless requested
   std::shared_ptr<const StepImpulses> impulses{};  // null unless requested, and of faulted cloths
+  // Of every body, by collider; null without bodies, and of faulted cloths.
+  std::shared_ptr<const std::vector<BodyState>> bodies{};
 };
 
 }  // namespace drape

@@ -17,10 +17,11 @@ Status CheckState(const SceneModel& model, const ParticleState& state) {
   return CheckSize("velocities_m_per_s", state.velocities_m_per_s.size(), model.particle_count());
 }
 
-// Empty: the colliders rest.
-Status CheckMotions(const std::vector<RigidMotion>& motions, size_t collider_count) {
-  if (motions.empty()) return Status::Ok();
-  return CheckSize("collider_motions", motions.size(), collider_count);
+// Empty: the colliders rest, and none is a body.
+Status CheckMotions(const std::vector<RigidMotion>& motions,
+                    const std::vector<Collider>& colliders) {
+  if (motions.empty() && !HasBodies(colliders)) return Status::Ok();
+  return CheckSize("collider_motions", motions.size(), colliders.size());
 }
 
 }  // namespace
@@ -41,13 +42,13 @@ Status CheckUpdateFits(const SceneModel& model, const ClothParameters& parameter
   }
   const auto& motions =
       update.collider_motions ? *update.collider_motions : numbers.collider_motions;
-  return CheckMotions(motions, numbers.colliders.size());
+  return CheckMotions(motions, numbers.colliders);
 }
 
 Status CheckStateFits(const SceneModel& model, const ClothParameters& parameters,
                       const ParticleState& state) {
   DRAPE_RETURN_IF_ERROR(CheckState(model, state));
-  return CheckMotions(parameters.collider_motions, parameters.colliders.size());
+  return CheckMotions(parameters.collider_motions, parameters.colliders);
 }
 
 }  // namespace drape

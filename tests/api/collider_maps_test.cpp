@@ -4,6 +4,7 @@
 
 #include "server/api/mapping.h"
 #include "server/api/request_validation.h"
+#include "server/scene/body_mass.h"
 #include "server/scene/distance_map.h"
 #include "tests/api/bad_cases.h"
 #include "tests/api/requests.h"
@@ -111,7 +112,19 @@ TEST(ColliderMaps, AMeshOfARequestBecomesAMapAtItsPlace) {
   const auto maps = Build(request, cache);
   ASSERT_TRUE(maps.ok()) << maps.status().ToString();
   std::vector<Collider>& colliders = checked->copies[1].parameters.colliders;
-  SetMaps(*maps, colliders);
+  std::vector<RigidMotion> motions;
+  SetMaps(*maps, colliders, motions);
+  EXPECT_TRUE(motions.empty());
+  // Of a body the pivot is known now.
+  motions.assign(colliders.size(), RigidMotion::AtRest({9, 9, 9}));
+  for (Collider& collider : colliders) collider.mass_kg = MapOf(collider) != nullptr ? 1 : 0;
+  SetMaps(*maps, colliders, motions);
+  for (size_t k = 0; k < colliders.size(); ++k) {
+    const Eigen::Vector3d pivot_m =
+        colliders[k].is_body() ? CentreOfMass(colliders[k]) : Eigen::Vector3d(9, 9, 9);
+    EXPECT_EQ(motions[k].pivot_m, pivot_m);
+    EXPECT_EQ(motions[k].position_m, pivot_m);
+  }
   EXPECT_EQ(colliders[4].pose.position_m, Eigen::Vector3d(-4, -1, 0));
   EXPECT_EQ(colliders[4].pose.rotation.z(), 1);
   const std::shared_ptr<const DistanceMap> map = MapOf(colliders[4]);

@@ -255,6 +255,43 @@ INSTANTIATE_TEST_SUITE_P(
                           {0, 0, kNaN});
                     },
                     "spec.environment.colliders[1].angular_velocity_rad_per_s[2]", "nan"},
+        BadCreation{"MassAndDensity",
+                    [](auto& r) {
+                      v1::Collider& c = *Spec(r).mutable_environment()->mutable_colliders(2);
+                      c.set_mass_kg(1);
+                      c.set_density_kg_per_m3(500);
+                    },
+                    "spec.environment.colliders[2].mass_kg", "set one of the two"},
+        BadCreation{"NoDensity",
+                    [](auto& r) {
+                      Spec(r).mutable_environment()->mutable_colliders(2)->set_density_kg_per_m3(0);
+                    },
+                    "spec.environment.colliders[2].density_kg_per_m3", "1e-06"},
+        BadCreation{
+            "MassIsNoNumber",
+            [](auto& r) { Spec(r).mutable_environment()->mutable_colliders(2)->set_mass_kg(kNaN); },
+            "spec.environment.colliders[2].mass_kg", "nan"},
+        BadCreation{
+            "BodyWithPivot",
+            [](auto& r) { Spec(r).mutable_environment()->mutable_colliders(3)->set_mass_kg(1); },
+            "spec.environment.colliders[3].pivot_m", "centre of mass"},
+        BadCreation{"PlaneWithMass",
+                    [](auto& r) {
+                      for (v1::Collider& c : *Spec(r).mutable_environment()->mutable_colliders()) {
+                        if (c.has_plane()) c.set_mass_kg(1);
+                      }
+                    },
+                    "spec.environment.colliders[1].mass_kg", "a plane has no mass"},
+        BadCreation{"TooManyBodies",
+                    [](auto& r) {
+                      for (int k = 0; k < 17; ++k) {
+                        v1::Collider& c = *Spec(r).mutable_environment()->add_colliders();
+                        Set(c.mutable_sphere()->mutable_center_m(), {0, 0, 1.0 * k});
+                        c.mutable_sphere()->set_radius_m(0.1);
+                        c.set_mass_kg(1);
+                      }
+                    },
+                    "spec.environment.colliders", "has 17 with a mass, at most 16"},
         BadCreation{
             "PivotOfTwoNumbers",
             [](auto& r) {
@@ -345,6 +382,23 @@ TEST(SpecValues, CollidersMoveAboutTheirPivots) {
   box->clear_angular_velocity_rad_per_s();
   box->clear_pivot_m();
   EXPECT_TRUE(CheckCreateCloths(request, {})->copies[0].parameters.collider_motions.empty());
+}
+
+TEST(SpecValues, BodiesHaveMotionsAboutTheirCentres) {
+  v1::CreateClothsRequest request = GoodCreation();
+  v1::Collider* box = Spec(request).mutable_environment()->mutable_colliders(3);
+  box->clear_velocity_m_per_s();
+  box->clear_angular_velocity_rad_per_s();
+  box->clear_pivot_m();
+  Spec(request).mutable_environment()->mutable_colliders(2)->set_density_kg_per_m3(300);
+  const auto checked = CheckCreateCloths(request, {});
+  ASSERT_TRUE(checked.ok()) << checked.status().ToString();
+  const ClothParameters& parameters = checked->copies[0].parameters;
+  ASSERT_EQ(parameters.collider_motions.size(), 4u);  // though all of them are at rest
+  EXPECT_EQ(parameters.collider_motions[2].position_m, Eigen::Vector3d(0, -1, 0.25));
+  EXPECT_TRUE(parameters.colliders[2].is_body());
+  EXPECT_EQ(parameters.colliders[2].density_kg_per_m3, 300);
+  EXPECT_FALSE(parameters.colliders[3].is_body());
 }
 
 TEST(SpecValues, KindsAndJoints) {

@@ -304,11 +304,11 @@ TEST_F(CommandsTest, DemoSaysWhatTheBackendCannotPlay) {
   const TemporaryFolder folder;
   const Outcome outcome =
       RunProgram("drape", {"demo", "--backend=gl", "--scenes", Example("chain.json"),
-                           Example("five_sheets.json"), "--out=" + (folder / "out").string(),
-                           "--duration=0.05"});
+                           Example("five_sheets.json"), Example("hammock.json"),
+                           "--out=" + (folder / "out").string(), "--duration=0.05"});
   EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
   EXPECT_THAT(outcome.out, AllOf(HasSubstr("chain.obj"), HasSubstr("NOT PLAYED: five_sheets: "),
-                                 HasSubstr("--backend=cpu")));
+                                 HasSubstr("NOT PLAYED: hammock: "), HasSubstr("--backend=cpu")));
   EXPECT_FALSE(fs::exists(fs::path(folder / "out") / "five_sheets.obj"));
 }
 

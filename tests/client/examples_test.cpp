@@ -41,6 +41,7 @@ const ExampleCase kExamples[] = {
     {"box_and_capsule", 1, 1024, 1984, 0.5},
     {"moving_colliders", 2, 625, 1200, 0.6},
     {"cylinders", 2, 1681, 2 * 41 * 40, 0.3},
+    {"hammock", 1, 1025, 41 * 24 + 40 * 25, 0.3},
     {"many_cloths", 64, 1024, 1984, 0.05},
     {"chain", 1, 41, 40, 0.7},
     {"net", 1, 289, 544, 0.3},
@@ -133,6 +134,31 @@ TEST(DropTest, ClothsLandOnTheCollidersAndNotInThem) {
       EXPECT_GT(last["contacts"].get<int>(), 10) << name;
       EXPECT_LT(last["max_penetration_m"].get<double>(), 0.005) << name << ": the thickness";
     }
+  }
+}
+
+// The sample tells where a collider with a mass is, and what it got; not of the others.
+TEST(HammockTest, BodiesFallAndAreCaught) {
+  const ordered_json report =
+      RunForReport(Example("hammock.json"), {"--duration=1.5", "--every=1"});
+  const ordered_json& samples = report["cloths"][0]["samples"];
+  const ordered_json& first = samples.front()["colliders"];
+  ASSERT_EQ(first.size(), 3u);
+  EXPECT_FALSE(first[2].contains("position_m"));
+  // A step of free fall.
+  EXPECT_NEAR(first[0]["position_m"][1].get<double>(), 1.05 - 9.81 / 2 / 3600, 1e-9);
+  EXPECT_NEAR(first[0]["velocity_m_per_s"][1].get<double>(), -9.81 / 60, 1e-9);
+  EXPECT_EQ(first[1]["rotation_xyzw"].size(), 4u);
+  for (size_t body = 0; body < 2; ++body) {
+    const ordered_json& last = samples.back()["colliders"][body];
+    const double height_m = last["position_m"][1].get<double>();
+    EXPECT_GT(height_m, 0.2) << "it lies in the hammock, not on the floor";
+    EXPECT_LT(height_m, 0.9);
+    double most = 0;
+    for (const ordered_json& sample : samples) {
+      most = std::max(most, sample["colliders"][body]["impulse_n_s"][1].get<double>());
+    }
+    EXPECT_GT(most, 0.25 * 9.81 / 60 / 4);
   }
 }
 

@@ -86,5 +86,23 @@ TEST(ColliderTrack, AMotionBeginsWhereTheLastOneIs) {
   EXPECT_EQ(track.At(3)[0].position_m, Vector3d(3, 1, 0));
 }
 
+// Where a step has put it, to the bit, until the next step does.
+TEST(ColliderTrack, ABodyFollowsItsSteps) {
+  ColliderTrack track = TwoResting();
+  track.BeginMoving(0);
+  RigidMotion moved = RigidMotion::AtRest({1, 2, 3});
+  moved.position_m = {0.1, 0.2, 0.3};
+  moved.velocity_m_per_s = {0, -1.0 / 3, 0};
+  moved.angular_velocity_rad_per_s = {0.7, 0, 0};
+  moved.rotation = Eigen::Quaterniond(Eigen::AngleAxisd(0.3, Eigen::Vector3d::UnitX()));
+  track.Follow(1, moved, 0.1);
+  const std::span<const RigidMotion> motions = track.MotionsForStep(0.1, 0.2);
+  EXPECT_EQ(motions[1].position_m, moved.position_m);
+  EXPECT_EQ(motions[1].rotation.coeffs(), moved.rotation.coeffs());
+  EXPECT_EQ(motions[1].velocity_m_per_s, moved.velocity_m_per_s);
+  EXPECT_EQ(motions[1].angular_velocity_rad_per_s, moved.angular_velocity_rad_per_s);
+  EXPECT_EQ(track.At(0.1)[1].position_m, moved.position_m);
+}
+
 }  // namespace
 }  // namespace drape

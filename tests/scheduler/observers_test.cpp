@@ -9,108 +9,6 @@
 namespace drape {
 namespace {
 
-FrameSituation Due() {
-  FrameSituation situation;
-  situation.is_newly_due = true;
-  situation.credit = 1;
-  return situation;
-}
-
-TEST(DecideFrame, NothingDueNothingSent) {
-  FrameSituation situation = Due();
-  situation.is_newly_due = false;
-  const FrameDecision decision = DecideFrame(situation);
-  EXPECT_FALSE(decision.send);
-  EXPECT_FALSE(decision.is_owed);
-}
-
-TEST(DecideFrame, ADueFrameWithCreditIsSent) {
-  const FrameDecision decision = DecideFrame(Due());
-  EXPECT_TRUE(decision.send);
-  EXPECT_FALSE(decision.is_owed);
-  EXPECT_FALSE(decision.is_dropped);
-}
-
-TEST(DecideFrame, WithoutCreditTheFrameIsOwedAndTheOneBeforeItDropped) {
-  FrameSituation situation = Due();
-  situation.credit = 0;
-  FrameDecision decision = DecideFrame(situation);
-  EXPECT_FALSE(decision.send);
-  EXPECT_TRUE(decision.is_owed);
-  EXPECT_FALSE(decision.is_dropped);
-  situation.is_owed = decision.is_owed;
-  situation.lacked_credit = decision.lacked_credit;
-  decision = DecideFrame(situation);
-  EXPECT_TRUE(decision.is_owed);
-  EXPECT_TRUE(decision.is_dropped);
-}
-
-TEST(DecideFrame, WhatLackedCreditCountsAlsoWhereTheNextOneIsSent) {
-  FrameSituation situation = Due();
-  situation.is_owed = true;
-  situation.lacked_credit = true;
-  FrameDecision decision = DecideFrame(situation);
-  EXPECT_TRUE(decision.send);
-  EXPECT_TRUE(decision.is_dropped);
-  EXPECT_FALSE(decision.lacked_credit);
-  situation.is_newly_due = false;
-  EXPECT_FALSE(DecideFrame(situation).is_dropped) << "it is the one that is sent";
-  situation.is_newly_due = true;
-  situation.lacked_credit = false;
-  EXPECT_FALSE(DecideFrame(situation).is_dropped) << "a pause or the rate limit held it back";
-}
-
-TEST(DecideFrame, AnOwedFrameGoesAsSoonAsThereIsCredit) {
-  FrameSituation situation = Due();
-  situation.is_newly_due = false;
-  situation.is_owed = true;
-  EXPECT_TRUE(DecideFrame(situation).send);
-}
-
-TEST(DecideFrame, FramesInFlightAreLimitedWhateverTheCredit) {
-  FrameSituation situation = Due();
-  situation.credit = 100;
-  situation.frames_in_flight = kMaxFramesInFlight;
-  EXPECT_FALSE(DecideFrame(situation).send);
-  EXPECT_TRUE(DecideFrame(situation).is_owed);
-}
-
-TEST(DecideFrame, APauseHoldsBackWithoutCounting) {
-  FrameSituation situation = Due();
-  situation.is_paused = true;
-  situation.is_owed = true;
-  const FrameDecision decision = DecideFrame(situation);
-  EXPECT_FALSE(decision.send);
-  EXPECT_TRUE(decision.is_owed);
-  EXPECT_FALSE(decision.is_dropped);
-}
-
-TEST(DecideFrame, TheRateLimitNamesWhenToLookAgain) {
-  FrameSituation situation = Due();
-  situation.max_hz = 10;
-  EXPECT_TRUE(DecideFrame(situation).send);  // the first frame waits for nothing
-  situation.last_frame_us = 1000000;
-  situation.now_us = 1099999;
-  const FrameDecision decision = DecideFrame(situation);
-  EXPECT_FALSE(decision.send);
-  EXPECT_TRUE(decision.is_owed);
-  EXPECT_FALSE(decision.is_dropped);
-  EXPECT_EQ(decision.wake_at_us, 1100000);
-  situation.now_us = 1100000;
-  EXPECT_TRUE(DecideFrame(situation).send);
-}
-
-TEST(DecideFrame, ATinyRateIsOneFramePerHour) {
-  FrameSituation situation = Due();
-  situation.last_frame_us = 5;
-  situation.now_us = 6;
-  for (const double max_hz : {1e-4, 1e-300, std::numeric_limits<double>::denorm_min()}) {
-    situation.max_hz = max_hz;
-    EXPECT_FALSE(DecideFrame(situation).send);
-    EXPECT_EQ(DecideFrame(situation).wake_at_us, 3600000005) << max_hz;
-  }
-}
-
 TEST(Observer, CreditSaturates) {
   int wakes = 0;
   Observer observer([&] { ++wakes; });
@@ -162,8 +60,8 @@ TEST_F(ObserverSetTest, TheFirstFrameHoldsEveryClothAsItIs) {
   Serve();
   ASSERT_EQ(frames_.size(), 1u);
   EXPECT_EQ(frames_[0].frame, 1u);
-  EXPECT_EQ(frames_[0].cloth_indices, (std::vector<uint32_t>{0, 1}));
-  EXPECT_EQ(frames_[0].states.cloths[1].completed_steps, 0u);
+  EXPECT_EQ(frames_[0].content->cloth_indices, (std::vector<uint32_t>{0, 1}));
+  EXPECT_EQ(frames_[0].content->states.cloths[1].completed_steps, 0u);
   Serve();
   EXPECT_EQ(frames_.size(), 1u);
 }
@@ -175,9 +73,9 @@ TEST_F(ObserverSetTest, OnlyWhatChangedIsSentAgain) {
   StepCloth(1);
   Serve();
   ASSERT_EQ(frames_.size(), 1u);
-  EXPECT_EQ(frames_[0].cloth_indices, std::vector<uint32_t>{1});
-  EXPECT_EQ(frames_[0].states.cloths[0].completed_steps, 1u);
-  EXPECT_EQ(std::get<std::vector<double>>(frames_[0].states.columns.positions_m),
+  EXPECT_EQ(frames_[0].content->cloth_indices, std::vector<uint32_t>{1});
+  EXPECT_EQ(frames_[0].content->states.cloths[0].completed_steps, 1u);
+  EXPECT_EQ(std::get<std::vector<double>>(frames_[0].content->states.columns.positions_m),
             (std::vector<double>{0, -1, 0, 1, -1, 0}));
 }
 
@@ -189,9 +87,9 @@ TEST_F(ObserverSetTest, FramesHoldTheParticlesThatAreWanted) {
   StepCloth(1);
   Serve();
   ASSERT_EQ(frames_.size(), 2u);
-  EXPECT_EQ(std::get<std::vector<double>>(frames_[0].states.columns.positions_m),
+  EXPECT_EQ(std::get<std::vector<double>>(frames_[0].content->states.columns.positions_m),
             (std::vector<double>{1, 0, 0, 1, 0, 0}));
-  EXPECT_EQ(std::get<std::vector<double>>(frames_[1].states.columns.positions_m),
+  EXPECT_EQ(std::get<std::vector<double>>(frames_[1].content->states.columns.positions_m),
             (std::vector<double>{1, -1, 0}));
 }
 
@@ -206,7 +104,7 @@ TEST_F(ObserverSetTest, EveryNStepsOnly) {
     StepCloth(0);
     Serve();
     for (const ObservedFrame& frame : frames_) {
-      steps.push_back(frame.states.cloths[0].completed_steps);
+      steps.push_back(frame.content->states.cloths[0].completed_steps);
     }
     frames_.clear();
   }
@@ -226,7 +124,7 @@ TEST_F(ObserverSetTest, LatestFrameWinsAndDropsAreCounted) {
   observer->AddCredit(1);
   Serve();
   ASSERT_EQ(frames_.size(), 1u);
-  EXPECT_EQ(frames_[0].states.cloths[0].completed_steps, 5u);
+  EXPECT_EQ(frames_[0].content->states.cloths[0].completed_steps, 5u);
   EXPECT_EQ(frames_[0].frames_dropped, 4u);
   observer->AddCredit(1);
   StepCloth(0);
@@ -244,7 +142,7 @@ TEST_F(ObserverSetTest, AReceiverThatKeepsItsFramesGetsNoMore) {
   frames_.clear();
   Serve();
   ASSERT_EQ(frames_.size(), 1u);
-  EXPECT_EQ(frames_[0].states.cloths[0].completed_steps, 5u);
+  EXPECT_EQ(frames_[0].content->states.cloths[0].completed_steps, 5u);
 }
 
 TEST_F(ObserverSetTest, AfterAPauseTheLatestStateIsSent) {
@@ -260,7 +158,7 @@ TEST_F(ObserverSetTest, AfterAPauseTheLatestStateIsSent) {
   observer->SetPaused(false);
   Serve();
   ASSERT_EQ(frames_.size(), 1u);
-  EXPECT_EQ(frames_[0].states.cloths[0].completed_steps, 3u);
+  EXPECT_EQ(frames_[0].content->states.cloths[0].completed_steps, 3u);
   EXPECT_EQ(frames_[0].frames_dropped, 0u);
 }
 
@@ -286,7 +184,7 @@ TEST_F(ObserverSetTest, AResetIsSeen) {
   cloths_[0]->Reset({}, {});
   Serve();
   ASSERT_EQ(frames_.size(), 1u);
-  EXPECT_EQ(frames_[0].cloth_indices, std::vector<uint32_t>{0});
+  EXPECT_EQ(frames_[0].content->cloth_indices, std::vector<uint32_t>{0});
 }
 
 TEST_F(ObserverSetTest, ItGoesOnWithTheClothsThatAreLeftAndEndsWithTheLast) {
@@ -315,12 +213,94 @@ TEST_F(ObserverSetTest, CancelEndsIt) {
   EXPECT_EQ(ends_[0].code(), StatusCode::kCancelled);
 }
 
-// --- Every frame.
+// --- Audiences.
 
 ObserverSpec Queued(ObserverSpec spec, uint32_t max_frames, uint64_t max_bytes) {
   spec.queue = FrameQueue{max_frames, max_bytes, /*bytes_per_row=*/24, /*bytes_per_cloth=*/100};
   return spec;
 }
+
+TEST_F(ObserverSetTest, ViewersOfTheSameShareAReadAndAFrame) {
+  for (int k = 0; k < 3; ++k) Add(Spec(), 5);
+  Serve();
+  ASSERT_EQ(frames_.size(), 3u);
+  EXPECT_EQ(device_->reads().size(), 1u);
+  EXPECT_EQ(frames_[0].content, frames_[1].content);
+  EXPECT_EQ(frames_[0].content, frames_[2].content);
+  StepCloth(0);
+  Serve();
+  EXPECT_EQ(device_->reads().size(), 2u);
+  EXPECT_NE(frames_[3].content, frames_[0].content);
+  EXPECT_EQ(frames_[3].content, frames_[5].content);
+  EXPECT_EQ(frames_[3].content->states.cloths[0].completed_steps, 1u);
+  EXPECT_EQ(set_.counters().frames_sent, 6u);
+}
+
+TEST_F(ObserverSetTest, OtherClothsFieldsOrEncodingsAreOtherAudiences) {
+  Add(Spec(), 5);
+  ObserverSpec fewer = Spec(), faster = Spec(), packed = Spec();
+  fewer.cloths.pop_back();
+  faster.fields.velocities = true;
+  packed.encoding = "16 bits";
+  for (const ObserverSpec& spec : {fewer, faster, packed}) Add(spec, 5);
+  Serve();
+  ASSERT_EQ(frames_.size(), 4u);
+  EXPECT_EQ(device_->reads().size(), 4u);
+  for (size_t k = 1; k < frames_.size(); ++k) EXPECT_NE(frames_[k].content, frames_[0].content);
+}
+
+// One who joins gets every cloth, the others what has changed.
+TEST_F(ObserverSetTest, AnAudienceSharesOnlyFramesOfTheSameCloths) {
+  Add(Spec(), 5);
+  Serve();
+  StepCloth(1);
+  Add(Spec(), 5);
+  Serve();
+  ASSERT_EQ(frames_.size(), 3u);
+  EXPECT_EQ(frames_[1].content->cloth_indices, std::vector<uint32_t>{1});
+  EXPECT_EQ(frames_[2].content->cloth_indices, (std::vector<uint32_t>{0, 1}));
+  frames_.clear();
+  StepCloth(1);
+  Serve();
+  ASSERT_EQ(frames_.size(), 2u);
+  EXPECT_EQ(frames_[0].content, frames_[1].content);
+}
+
+// However they began, viewers of one rate get their frames together.
+TEST_F(ObserverSetTest, ViewersOfARateMeet) {
+  ObserverSpec spec = Spec();
+  spec.max_hz = 50;
+  Add(spec, 100);
+  Serve(1'000);
+  Add(spec, 100);
+  StepCloth(0);
+  Serve(12'000);  // the first frame of the second one
+  ASSERT_EQ(frames_.size(), 2u);
+  frames_.clear();
+  for (int64_t now_us = 13'000; now_us < 113'000; now_us += 1'000) {
+    StepCloth(0);
+    Serve(now_us);
+    for (ObservedFrame& frame : frames_) frame.in_flight.reset();
+  }
+  ASSERT_EQ(frames_.size(), 10u) << "50 Hz for 100 ms, twice";
+  for (size_t k = 0; k < frames_.size(); k += 2) {
+    EXPECT_EQ(frames_[k].content, frames_[k + 1].content);
+  }
+}
+
+TEST_F(ObserverSetTest, QueuesOfOneAudienceFillBySeparateRules) {
+  Add(Queued(Spec(), 2, 1 << 20), 0);
+  Add(Queued(Spec(), 100, 1 << 20), 0);
+  for (int step = 0; step < 4; ++step) {
+    Serve();
+    StepCloth(0);
+  }
+  EXPECT_EQ(ends_.size(), 1u);
+  EXPECT_EQ(frames_.size(), 2u + 4u);
+  EXPECT_EQ(device_->reads().size(), 4u);
+}
+
+// --- Every frame.
 
 TEST_F(ObserverSetTest, EveryFrameIsSentWithoutCredit) {
   ObserverSpec spec = Queued(Spec(), 100, 1 << 20);
@@ -332,8 +312,8 @@ TEST_F(ObserverSetTest, EveryFrameIsSentWithoutCredit) {
     Serve();
     Serve();  // nothing new: nothing is sent
     for (const ObservedFrame& frame : frames_) {
-      EXPECT_EQ(frame.cloth_indices.size(), steps.empty() ? 2u : 1u) << "only what is due";
-      steps.push_back(frame.states.cloths[0].completed_steps);
+      EXPECT_EQ(frame.content->cloth_indices.size(), steps.empty() ? 2u : 1u) << "only what is due";
+      steps.push_back(frame.content->states.cloths[0].completed_steps);
     }
     frames_.clear();
   }
@@ -353,12 +333,12 @@ TEST_F(ObserverSetTest, EveryFrameHoldsClothsThatAreDueAndNoOthers) {
   StepCloth(1);
   Serve();
   ASSERT_EQ(frames_.size(), 2u);
-  EXPECT_EQ(frames_[1].cloth_indices, std::vector<uint32_t>{1});
+  EXPECT_EQ(frames_[1].content->cloth_indices, std::vector<uint32_t>{1});
   cloths_[0]->Reset({}, {});
   Serve();
   ASSERT_EQ(frames_.size(), 3u);
-  EXPECT_EQ(frames_[2].cloth_indices, std::vector<uint32_t>{0});
-  EXPECT_EQ(frames_[2].states.cloths[0].completed_steps, 0u);
+  EXPECT_EQ(frames_[2].content->cloth_indices, std::vector<uint32_t>{0});
+  EXPECT_EQ(frames_[2].content->states.cloths[0].completed_steps, 0u);
 }
 
 TEST_F(ObserverSetTest, AStepAsleepIsAFrameToo) {
@@ -367,7 +347,7 @@ TEST_F(ObserverSetTest, AStepAsleepIsAFrameToo) {
   cloths_[0]->CompleteStepAsleep();
   Serve();
   ASSERT_EQ(frames_.size(), 2u);
-  EXPECT_EQ(frames_[1].states.cloths[0].completed_steps, 1u);
+  EXPECT_EQ(frames_[1].content->states.cloths[0].completed_steps, 1u);
 }
 
 TEST_F(ObserverSetTest, AFullQueueOfFramesEndsTheSubscriptionAndReadsNoMore) {

@@ -311,7 +311,7 @@ TEST_F(SchedulerTest, ASubscriptionGetsFramesUntilItEnds) {
   spec.initial_credit = 1000;
   spec.on_frame = [last](ObservedFrame frame) mutable {
     frame.in_flight.reset();
-    if (frame.states.cloths[0].completed_steps == 30) last.Set(std::move(frame));
+    if (frame.content->states.cloths[0].completed_steps == 30) last.Set(std::move(frame));
   };
   spec.on_end = [end](const Status& status) mutable { end.Set(status); };
   const auto observer = scheduler_->Subscribe(spec).value();
@@ -334,7 +334,7 @@ TEST_F(SchedulerTest, CreditAloneWakesTheDeviceThread) {
   spec.on_end = [](const Status&) {};
   const auto observer = scheduler_->Subscribe(spec).value();
   observer->AddCredit(1);
-  EXPECT_EQ(frame.Get().states.cloths[0].completed_steps, 0u);
+  EXPECT_EQ(frame.Get().content->states.cloths[0].completed_steps, 0u);
 }
 
 TEST_F(SchedulerTest, ARateLimitedFrameComesWithoutAnotherStep) {
@@ -348,7 +348,7 @@ TEST_F(SchedulerTest, ARateLimitedFrameComesWithoutAnotherStep) {
   spec.max_hz = 50;
   spec.initial_credit = 1000;
   spec.on_frame = [last](ObservedFrame frame) mutable {
-    if (frame.states.cloths[0].completed_steps == 5) last.Set(std::move(frame));
+    if (frame.content->states.cloths[0].completed_steps == 5) last.Set(std::move(frame));
   };
   spec.on_end = [](const Status&) {};
   const auto observer = scheduler_->Subscribe(spec).value();

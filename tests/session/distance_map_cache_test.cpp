@@ -25,6 +25,22 @@ TEST(DistanceMapCache, EqualMeshesShareOneMap) {
   EXPECT_NE(cache.Get(Slab(1.5), {}, kGoOn).value(), first);
 }
 
+TEST(DistanceMapCaches, NoTenantCanTellThatAnotherOneHasAMesh) {
+  DistanceMapCaches caches;
+  const auto of_alice = caches.Of("alice"), of_bob = caches.Of("bob");
+  EXPECT_EQ(caches.Of("alice"), of_alice);
+  const auto map = of_alice->Get(Slab(), {}, kGoOn).value();
+  EXPECT_EQ(caches.Of("alice")->Get(Slab(), {}, kGoOn).value(), map);
+  EXPECT_EQ(of_bob->size(), 0u) << "Bob's would be built";
+  EXPECT_NE(of_bob->Get(Slab(), {}, kGoOn).value(), map);
+}
+
+TEST(DistanceMapCaches, TheyHoldNothingAlive) {
+  DistanceMapCaches caches;
+  const std::weak_ptr<DistanceMapCache> cache = caches.Of("alice");
+  EXPECT_TRUE(cache.expired());
+}
+
 TEST(DistanceMapCache, ItHoldsNothingAlive) {
   DistanceMapCache cache;
   {

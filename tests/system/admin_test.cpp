@@ -204,6 +204,8 @@ TEST_F(AdminTest, DropsASessionOfAnyTenant) {
   v1::DropSessionRequest drop;
   drop.set_number(list.value.sessions(0).number());
   EXPECT_TRUE(Ask(&AdminStub::DropSession, drop).status.ok());
+  EXPECT_THAT(server_->Log(),
+              testing::ContainsRegex("session_dropped name=.* tenant=one by=operator"));
   EXPECT_EQ(ReasonOf(As("one", &Stub::Step, StepsOf(greedy, {}, 1)).status), "SESSION_NOT_FOUND");
   EXPECT_TRUE(As("two", &Stub::Step, StepsOf(modest, {}, 1)).status.ok());
   EXPECT_EQ(ReasonOf(Ask(&AdminStub::DropSession, drop).status), "SESSION_NOT_FOUND");

@@ -142,6 +142,45 @@ TEST_F(EveryFrame, NoStepIsMissingWhileSeveralClientsStep) {
   for (size_t k = 0; k < of_all.frames.size(); ++k) EXPECT_EQ(of_all.frames[k], k + 1);
 }
 
+// Viewers of the same share what is read and encoded, and each has its own numbers.
+TEST_F(EveryFrame, IsEncodedOnceForAllWhoSeeTheSame) {
+  constexpr uint64_t kViewers = 4, kSteps = 50;
+  const Ids ids = Create(*stub_, HangingSheet(session_, 8, 3));
+  Viewer early(*stub_, Everything());
+  early.ReadFirst();
+  Step(*stub_, StepsOf(session_, ids, 1));
+  std::vector<std::unique_ptr<Viewer>> viewers;
+  for (uint64_t k = 0; k < kViewers; ++k) {
+    viewers.push_back(std::make_unique<Viewer>(*stub_, Everything()));
+    viewers.back()->ReadFirst();
+  }
+  Subscribe half = Everything();
+  half.mutable_view()->set_encoding(v1::StateView::FLOAT16);
+  Viewer other(*stub_, half);
+  other.ReadFirst();
+  const double encoded_before = MetricIn(MetricsOf(server_), "drape_frames_encoded_total");
+  const double sent_before = MetricIn(MetricsOf(server_), "drape_frames_sent_total");
+  for (uint64_t k = 0; k < kSteps; ++k) Step(*stub_, StepsOf(session_, ids, 1));
+  early.FinishWriting();
+  other.FinishWriting();
+  for (const auto& viewer : viewers) viewer->FinishWriting();
+  const Received of_early = early.ReadToTheEnd(), of_other = other.ReadToTheEnd();
+  for (const auto& viewer : viewers) {
+    const Received received = viewer->ReadToTheEnd();
+    EXPECT_TRUE(received.status.ok()) << received.status.error_message();
+    for (const uint64_t id : ids) {
+      const std::vector<uint64_t> all = Multiples(1, kSteps + 1);
+      EXPECT_EQ(received.steps.at(id), std::vector<uint64_t>(all.begin() + 1, all.end()));
+    }
+    EXPECT_EQ(received.frames.back(), kSteps + 1);
+  }
+  EXPECT_EQ(of_early.frames.back(), kSteps + 2);
+  EXPECT_EQ(of_other.frames.back(), kSteps + 1);
+  const std::string metrics = MetricsOf(server_);
+  EXPECT_EQ(MetricIn(metrics, "drape_frames_encoded_total") - encoded_before, 2 * kSteps);
+  EXPECT_EQ(MetricIn(metrics, "drape_frames_sent_total") - sent_before, (kViewers + 2) * kSteps);
+}
+
 TEST_F(EveryFrame, AClothAsleepIsThereToo) {
   v1::CreateClothsRequest sheet = HangingSheet(session_);
   sheet.mutable_spec()->mutable_environment()->clear_gravity_m_per_s2();

@@ -15,12 +15,14 @@ struct Verdict {
   uint64_t steps_checked = 0;  // of cloths, acknowledged
   uint64_t lost_steps = 0;
   uint64_t doubled_steps = 0;
+  uint64_t frames_checked = 0;  // of cloths, for viewers of every frame
 
   void Add(Verdict more);
 };
 
-// By counting alone: a cloth has made the steps that its client was told of, no more and no fewer;
-// nothing of another tenant answered; no id was given twice; tenants hold nothing at the end.
+// By counting alone: a cloth has made the steps that its client was told of, no more and no fewer,
+// and a run those that it reported; no frame is missing where every frame was asked for; nothing of
+// another tenant answered; no id was given twice; tenants hold nothing at the end.
 Verdict CheckCounts(const TrafficHistory& history);
 
 // By doing it again: on a fresh server, whose connections nobody cuts, the accepted requests of

@@ -3,6 +3,7 @@
 #include <map>
 #include <optional>
 #include <set>
+#include <utility>
 
 #include "tests/traffic/checks.h"
 
@@ -39,6 +40,8 @@ class StepCounts {
         return;
       case Kind::kStep:
         return ApplySteps(operation);
+      case Kind::kRun:
+        return ApplyRun(operation);
       case Kind::kRead:
         return ExpectSteps(operation);
       case Kind::kSave: {
@@ -92,6 +95,47 @@ class StepCounts {
     const size_t moving = operation.cloths.size() - operation.told_faulted.size();
     verdict_.steps_checked += moving * operation.step.steps();
     ExpectSteps(operation);
+  }
+  // Between what the server said that it made and what it was asked to make; exactly so many, if it
+  // said that these were all.
+  void ApplyRun(const Operation& operation) {
+    if (operation.told_steps.size() != operation.cloths.size()) {
+      return Find("a run is told of other cloths than its request");
+    }
+    for (size_t k = 0; k < operation.cloths.size(); ++k) {
+      const Mark& mark = operation.cloths[k];
+      const uint64_t before = std::exchange(steps_[mark], operation.told_steps[k]);
+      const uint64_t told = operation.told_steps[k];
+      const uint64_t least = before + operation.told_run_steps;
+      const uint64_t most = operation.has_last_report ? least : before + operation.step.steps();
+      const bool is_faulted = std::ranges::count(operation.told_faulted, mark) > 0;
+      verdict_.steps_checked += told - before;
+      ExpectNoGap(operation, k, before);
+      if (told <= most && (told >= least || is_faulted)) continue;
+      verdict_.lost_steps += told < least ? least - told : 0;
+      verdict_.doubled_steps += told > most ? told - most : 0;
+      Find(ClothName(mark) + " is at step " + std::to_string(told) + " after a run from " +
+           std::to_string(before) + " that made at least " + std::to_string(least - before) +
+           " steps and at most " + std::to_string(most - before));
+    }
+  }
+  void ExpectNoGap(const Operation& operation, size_t cloth, uint64_t before) {
+    const Mark& mark = operation.cloths[cloth];
+    const auto shown = operation.shown.find(mark);
+    if (shown == operation.shown.end()) return;
+    uint64_t expected = before;
+    for (const Shown& frame : shown->second) {
+      if (frame.step != expected) {
+        Find("a frame of " + ClothName(mark) + " is of step " + std::to_string(frame.step) +
+             " where step " + std::to_string(expected) + " should be");
+      }
+      expected = frame.step + 1;
+    }
+    if (operation.is_shown_to_the_end && expected != operation.told_steps[cloth] + 1) {
+      Find("the last frame of " + ClothName(mark) + " is of step " + std::to_string(expected - 1) +
+           ", but it is at " + std::to_string(operation.told_steps[cloth]));
+    }
+    verdict_.frames_checked += shown->second.size();
   }
   void ExpectSteps(const Operation& operation) {
     if (operation.told_steps.size() != operation.cloths.size()) {
@@ -183,6 +227,7 @@ void Verdict::Add(Verdict more) {
   steps_checked += more.steps_checked;
   lost_steps += more.lost_steps;
   doubled_steps += more.doubled_steps;
+  frames_checked += more.frames_checked;
 }
 
 Verdict CheckCounts(const TrafficHistory& history) {

@@ -37,6 +37,7 @@ using Photo = std::map<Mark, Seen>;
 enum class Kind {
   kCreate,
   kStep,
+  kRun,
   kReset,
   kUpdate,
   kWrite,
@@ -49,13 +50,19 @@ enum class Kind {
 };
 const char* NameOf(Kind kind);
 
+// What a viewer of every frame was shown of one cloth.
+struct Shown {
+  uint64_t step = 0;
+  uint64_t bits = 0;
+};
+
 // A request that changed something, or would have, or looked.
 struct Operation {
   Kind kind = Kind::kRead;
   // In the order of the request; ids within the messages below are those of the run.
   std::vector<Mark> cloths;
   v1::CreateClothsRequest creation;
-  v1::StepRequest step;  // with `steps` as the extent
+  v1::StepRequest step;  // with `steps` as the extent; of kRun: the most that it can have made
   v1::UpdateClothsRequest update;
   v1::WriteStatesRequest writing;
   std::string saved_name;
@@ -64,10 +71,16 @@ struct Operation {
   // its steps.
   bool is_acknowledged = false;
   double acknowledged_s = 0;           // by the clock of the test
-  std::vector<uint64_t> told_steps;    // [cloths], of kStep and kRead
-  std::vector<Mark> told_faulted;      // of kStep: those that stay where they are
-  std::vector<uint64_t> told_bits;     // [cloths], of kRead and of kStep unless empty
+  std::vector<uint64_t> told_steps;    // [cloths], of kStep, kRead and kRun
+  std::vector<Mark> told_faulted;      // of kStep and kRun: those that stay where they are
+  std::vector<uint64_t> told_bits;     // [cloths], of kRead, kRun and of kStep unless empty
   std::vector<uint64_t> told_reports;  // [cloths], of kStep unless empty
+  // Of kRun: at least so many steps; exactly, if its last report came.
+  uint64_t told_run_steps = 0;
+  bool has_last_report = false;
+  // Of kRun: the frames since before its first step, and whether all of them came.
+  std::map<Mark, std::vector<Shown>> shown;
+  bool is_shown_to_the_end = false;
 };
 
 // What one worker did in one run of the server.

@@ -185,6 +185,8 @@ class Replay {
         return Compare(number);
       case Kind::kStep:
         return ApplySteps(operation, number);
+      case Kind::kRun:
+        return ApplyRun(operation, number);
       case Kind::kReset:
         session_.ResetCloths(IdsOf(operation.cloths));
         LookAll();
@@ -316,6 +318,51 @@ class Replay {
     }
     if (!operation.told_reports.empty() && operation.told_reports != ReportsOf(answer)) {
       Find("the reports of an answer are not those of the replay");
+    }
+  }
+
+  // Each cloth up to where its client found it. A client that was not told may have run for any
+  // number of steps.
+  void ApplyRun(const Operation& operation, size_t number) {
+    std::set<Mark> held;
+    Hold(operation, held);
+    for (uint32_t k = 1; k <= operation.step.steps(); ++k) {
+      v1::StepRequest request;
+      std::vector<Mark> moving;
+      for (size_t c = 0; c < operation.cloths.size(); ++c) {
+        const Mark& mark = operation.cloths[c];
+        CompareShown(operation, mark);
+        if (operation.is_acknowledged && now_.at(mark).step >= operation.told_steps.at(c)) continue;
+        moving.push_back(mark);
+        request.add_cloth_ids(ids_.at(mark));
+      }
+      if (moving.empty()) break;
+      request.set_steps(1);
+      *request.mutable_view() = WholeView();
+      const v1::StepResponse answer = session_.Step(request);
+      const std::vector<uint64_t> bits = BitsOf(answer);
+      for (size_t c = 0; c < moving.size(); ++c) {
+        Seen& seen = now_.at(moving[c]);
+        seen.step = answer.steps(static_cast<int>(c));
+        seen.time_s = answer.states().times_s(static_cast<int>(c));
+        seen.bits = bits.at(c);
+      }
+      Hold(operation, held);
+    }
+    for (size_t c = 0; operation.is_acknowledged && c < operation.cloths.size(); ++c) {
+      CompareShown(operation, operation.cloths[c]);
+      if (now_.at(operation.cloths[c]).bits == operation.told_bits.at(c)) continue;
+      Find("a run ended in another state than the replay");
+    }
+    CompareHeld(operation, held, number);
+  }
+  // The frame of the present step, if one was shown.
+  void CompareShown(const Operation& operation, const Mark& mark) {
+    const auto shown = operation.shown.find(mark);
+    if (shown == operation.shown.end()) return;
+    for (const Shown& frame : shown->second) {
+      if (frame.step != now_.at(mark).step || frame.bits == now_.at(mark).bits) continue;
+      Find("a frame is not the state of the replay");
     }
   }
 

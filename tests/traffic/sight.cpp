@@ -18,8 +18,8 @@ void Append(std::span<const Number> numbers, std::string& bytes) {
 }  // namespace
 
 const char* NameOf(Kind kind) {
-  constexpr const char* kNames[] = {"create", "step", "reset",  "update", "write", "save",
-                                    "load",   "drop", "delete", "import", "read"};
+  constexpr const char* kNames[] = {"create", "step", "run",  "reset",  "update", "write",
+                                    "save",   "load", "drop", "delete", "import", "read"};
   return kNames[static_cast<size_t>(kind)];
 }
 

@@ -70,6 +70,7 @@ class Stage {
   std::mt19937 random_;
   const std::chrono::steady_clock::time_point begin_ = std::chrono::steady_clock::now();
   ScratchDir dir_;
+  std::mutex server_mutex_;  // for workers that ask: held while there is none
   std::unique_ptr<ServerProcess> server_;
   std::unique_ptr<CuttingProxy> proxy_;
   std::vector<Place> places_;  // the first is shared
@@ -163,6 +164,7 @@ std::vector<std::string> WorriesIn(const std::string& log) {
 }
 
 bool Stage::Restart(bool by_drain) {
+  const std::lock_guard lock(server_mutex_);
   ServerRun& run = history_.runs.back();
   const double looked_s = Now();
   const double age_s = CheckpointAge_s();
@@ -237,6 +239,10 @@ TrafficHistory Stage::Run() {
   }
   proxy_ = std::make_unique<CuttingProxy>(PortOf(server_->Address()), 400, 100'000);
   board_.now_s = [this] { return Now(); };
+  board_.count_runs = [this] {
+    const std::lock_guard lock(server_mutex_);
+    return MetricIn(MetricsOf(*server_), "drape_runs");
+  };
   board_.count_shared = [this](const std::string& incarnation, bool is_acknowledged) {
     const std::lock_guard lock(mutex_);
     SharedSteps& steps = shared_[incarnation];

@@ -40,6 +40,7 @@ void TellAll(const TrafficHistory& history, const Verdict& verdict) {
   Tell("steps", verdict.steps_checked);
   Tell("lost", verdict.lost_steps);
   Tell("doubled", verdict.doubled_steps);
+  Tell("frames", verdict.frames_checked);
   Tell("findings", verdict.findings.size());
   Tell("oldest_checkpoint_ms", static_cast<uint64_t>(1000 * history.oldest_checkpoint_s));
   std::map<std::string, uint64_t> counts;
@@ -134,6 +135,42 @@ TEST_F(Traffic, AnswersWithOtherBitsAreFound) {
     faults[k].spoil(*operation);
     EXPECT_THAT(CheckReplay(of_one).findings, Contains(HasSubstr(faults[k].finding)));
   }
+}
+
+bool IsSeenRun(const Operation& operation) {
+  return operation.kind == Kind::kRun && operation.is_shown_to_the_end &&
+         operation.told_faulted.empty() && operation.told_run_steps > 1;
+}
+
+// A run that made a step too many or too few, and frames that are missing or of another state.
+TEST_F(Traffic, WrongRunsAndFramesAreFound) {
+  const struct {
+    std::function<void(Operation&)> spoil;
+    const char* finding;
+    bool is_counted;
+  } faults[] = {{[](Operation& o) { o.told_run_steps += 20; }, "after a run from", true},
+                {[](Operation& o) { o.told_steps[0] += 20; }, "after a run from", true},
+                {[](Operation& o) { o.shown.begin()->second.pop_back(); }, "the last frame", true},
+                {[](Operation& o) {
+                   auto& frames = o.shown.begin()->second;
+                   frames.erase(frames.begin() + 1);
+                 },
+                 "a frame of", true},
+                {[](Operation& o) { o.shown.begin()->second.back().bits ^= 1; },
+                 "a frame is not the state", false}};
+  for (const WorkerHistory& worker : history().workers) {
+    TrafficHistory of_one = history();
+    of_one.workers = {worker};
+    if (Find(of_one, IsSeenRun) == nullptr) continue;
+    for (const auto& fault : faults) {
+      TrafficHistory changed = of_one;
+      fault.spoil(*Find(changed, IsSeenRun));
+      const Verdict verdict = fault.is_counted ? CheckCounts(changed) : CheckReplay(changed);
+      EXPECT_THAT(verdict.findings, Contains(HasSubstr(fault.finding)));
+    }
+    return;
+  }
+  FAIL() << "nobody saw a run to its end";
 }
 
 // One cloth of a worker came back as it had been one start earlier, while it and another had gone

@@ -140,7 +140,8 @@ void Worker::One() {
   if (mine_.empty()) return Create();
   const uint32_t dice = Below(100);
   if (dice < 6) return mine_.size() < kMaxCloths ? Create() : Delete(SomeCloths());
-  if (dice < 60) return Step();
+  if (dice < 52) return Step();
+  if (dice < 60) return LetRun();
   if (dice < 68) return Read();
   if (dice < 73) return Reset();
   if (dice < 77) return Update();

@@ -8,6 +8,7 @@
 #include <map>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <random>
 #include <string>
 #include <vector>
@@ -26,6 +27,10 @@ class TrafficBoard {
   std::function<double()> now_s;
   // Steps of the shared cloth: told of, or given up, in the run `incarnation`.
   std::function<void(const std::string& incarnation, bool is_acknowledged)> count_shared;
+  // Run calls that the server has now.
+  std::function<double()> count_runs;
+  // Held by the one worker that lets the server step by itself: so it sees when that is over.
+  std::mutex run_turn;
 
   // A cloth that `tenant` has now, for those who ask for what is not theirs.
   void Show(const std::string& tenant, uint64_t cloth);
@@ -105,6 +110,18 @@ class Worker {
   void StepUntil(Operation operation);
   void StepByStream(Operation operation);
   void StepShared();
+
+  // worker_runs.cpp
+  void LetRun();
+  v1::RunRequest::Start StartOf(const Operation& operation, uint64_t step);
+  // Reads the reports to the end, or to a cut. False: there was none.
+  bool Watch(RunStream& run, const v1::RunRequest::Start& start, Operation& operation);
+  void CheckReport(const v1::RunReport& report, const v1::RunRequest::Start& start);
+  // When the run is over whatever was cut; after that nothing of it can be done any more.
+  void WaitUntilOver(bool was_seen, Operation& operation);
+  std::optional<StateStream> OpenViewer(Operation& operation);
+  void ReadViewer(std::optional<StateStream> viewer, Operation& operation);
+  void AddShown(const States& frame, Operation& operation);
   void Take(Operation& operation, const v1::StepResponse& answer);
   // Sends the request, and takes it back while it may be under way.
   void SendAndCancel(const v1::StepRequest& request);

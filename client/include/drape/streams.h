@@ -84,7 +84,7 @@ class RunStream {
 // Frames of states while others step the cloths. With delivery LATEST always the latest: frames
 // that a slow reader misses are counted. With EVERY_FRAME all of them: a reader that falls behind
 // gets kResourceExhausted, SLOW_CONSUMER, whose metadata `last_frame` and `last_step` say what it
-// has got. One thread reads; SetPaused and Cancel from any thread.
+// has got. One thread reads; the rest from any thread.
 class StateStream {
  public:
   StateStream(StateStream&&) noexcept;
@@ -96,6 +96,8 @@ class StateStream {
   std::optional<States> Next();
   // Paused: the server sends nothing. With EVERY_FRAME this ends the stream with kInvalidArgument.
   void SetPaused(bool is_paused);
+  // Ends the stream. With EVERY_FRAME the frames of all steps that have been answered still come.
+  void Stop();
   void Cancel();
 
  private:

@@ -70,6 +70,7 @@ class CpuBackend final : public Backend {
             .is_hardware_gpu = false,
             .has_self_collision = true,
             .has_impulses = true,
+            .has_bodies = true,
             .plan_of = [plan = lane_count_ > 1 ? "lanes" : "single"](const SceneModel&) {
               return plan;
             }};

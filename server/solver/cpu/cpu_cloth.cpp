@@ -132,6 +132,10 @@ void EndStep(Cloth& cloth, const StepReport& report) {
   for (RigidMotion& motion : cloth.parameters.collider_motions) {
     motion = motion.After(cloth.parameters.settings.time_step_s);
   }
+  if (report.bodies == nullptr) return;
+  for (const BodyState& body : *report.bodies) {
+    cloth.parameters.collider_motions[body.collider] = body.motion;
+  }
 }
 
 bool ClothFitsLanes(const Cloth& cloth) {

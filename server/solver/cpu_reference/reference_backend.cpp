@@ -31,6 +31,7 @@ class ReferenceBackend final : public Backend {
             .is_hardware_gpu = false,
             .has_self_collision = true,
             .has_impulses = true,
+            .has_bodies = true,
             .plan_of = [](const SceneModel&) { return "scalar"; }};
   }
 

@@ -17,30 +17,30 @@ void ReferenceColliders::Place(double begin_s, double end_s) {
 ReferenceContact ReferenceColliders::AtStart(size_t c, const Vector3d& p) const {
   const Collider& collider = parameters_.colliders[c];
   if (at_start_.empty()) return ContactAt(collider, parameters_.thickness_m, p);
-  return ContactAt(collider, at_start_[c], parameters_.thickness_m, p);
+  return ContactAt(collider, StartOf(c), parameters_.thickness_m, p);
 }
 
 ReferenceContact ReferenceColliders::AtEnd(size_t c, const Vector3d& q) const {
   const Collider& collider = parameters_.colliders[c];
   if (at_end_.empty()) return ContactAt(collider, parameters_.thickness_m, q);
-  return ContactAt(collider, at_end_[c], parameters_.thickness_m, q);
+  return ContactAt(collider, EndOf(c), parameters_.thickness_m, q);
 }
 
 Vector3d ReferenceColliders::PivotAtEnd(size_t c) const {
-  return at_end_.empty() ? CentreOf(parameters_.colliders[c]) : at_end_[c].position_m;
+  return at_end_.empty() ? CentreOf(parameters_.colliders[c]) : EndOf(c).position_m;
 }
 
 Vector3d ReferenceColliders::VelocityAtStart(size_t c, const Vector3d& place) const {
-  return at_start_.empty() ? Vector3d::Zero() : at_start_[c].VelocityAt(place);
+  return at_start_.empty() ? Vector3d::Zero() : StartOf(c).VelocityAt(place);
 }
 
 Vector3d ReferenceColliders::VelocityAtEnd(size_t c, const Vector3d& place) const {
-  return at_end_.empty() ? Vector3d::Zero() : at_end_[c].VelocityAt(place);
+  return at_end_.empty() ? Vector3d::Zero() : EndOf(c).VelocityAt(place);
 }
 
 Vector3d ReferenceColliders::MeanVelocity(size_t c, const Vector3d& place) const {
   if (at_start_.empty()) return Vector3d::Zero();
-  return (at_end_[c].PlaceOf(at_start_[c].DescribedAt(place)) - place) / duration_s_;
+  return (EndOf(c).PlaceOf(StartOf(c).DescribedAt(place)) - place) / duration_s_;
 }
 
 }  // namespace drape

@@ -173,6 +173,7 @@ bool SolveContacts(StepContext& context) {
   for (uint32_t i = 0; i < context.model.particle_count(); ++i) {
     if (context.w[i] == 0) continue;
     for (size_t c = 0; c < collider_count; ++c) {
+      if (context.colliders.IsBody(c)) continue;  // SolveBodies
       if (SolveContact(context, i, c, context.beta[i * collider_count + c])) has_changed = true;
     }
   }

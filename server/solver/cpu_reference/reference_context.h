@@ -9,6 +9,7 @@
 
 #include "server/scene/particle_state.h"
 #include "server/scene/scene_model.h"
+#include "server/solver/bodies/bodies.h"
 #include "server/solver/cloth_parameters.h"
 #include "server/solver/cpu_reference/reference_cloth.h"
 #include "server/solver/cpu_reference/reference_colliders.h"
@@ -47,6 +48,8 @@ struct StepContext {
   void PullHeld(const std::vector<Eigen::Vector3d>& impulses_n_s, double factor = 1) const {
     for (const Grip& grip : held) Pull(grip.particle, factor * impulses_n_s[grip.particle]);
   }
+  // Particle i as a body meets it, from where it starts in the substep.
+  bodies::Particle Particle(uint32_t i) const { return {i, base[i], model.masses_kg()[i]}; }
   // Whether nothing moves constraint or joint (i, j): both ends are held.
   bool IsHeld(uint32_t i, uint32_t j) const { return w[i] == 0 && w[j] == 0; }
 
@@ -60,6 +63,7 @@ struct StepContext {
 
   Substep substep;  // the one under way
   double h = 0;     // interval of its impulses [s]
+  Bodies bodies;    // of the colliders
   ReferenceColliders colliders;
   ReferenceLengths rest_lengths;
   ParticleState state;                        // positions p and velocities v

@@ -47,6 +47,13 @@ void SolveDistanceVelocities(StepContext& context);
 void SolveJointVelocities(StepContext& context);
 void CorrectVelocity(StepContext& context);
 
+// The parts of predict, solve_contacts, integrate and correct_velocity for bodies.
+void BeginBodies(StepContext& context, double begin_s);
+void PredictBodies(StepContext& context);
+bool SolveBodies(StepContext& context);
+void IntegrateBodies(StepContext& context);
+void CorrectBodies(StepContext& context);
+
 // The errors that the sweeps remove; the residual is their largest.
 // C + (alpha/h) lambda of a constraint that has this length [m].
 double DistanceError(const StepContext& context, uint32_t index, double length);

@@ -94,7 +94,10 @@ bool Solve(StepContexts& contexts, ReferenceSelfContacts& self_contacts, Progres
     bool is_over = true;
     for (size_t k = 0; k < contexts.size(); ++k) {
       Progress::OfCloth& its = progress.cloths[k];
-      if (its.is_sweeping) its.has_changed |= SolveContacts(contexts[k]);
+      if (its.is_sweeping) {
+        its.has_changed |= SolveBodies(contexts[k]);
+        its.has_changed |= SolveContacts(contexts[k]);
+      }
       its.is_sweeping = contexts[k].plan.tolerance == 0 || have_contacts_changed ||
                         (its.is_sweeping && its.has_changed);
       is_over &= !its.is_sweeping;
@@ -130,6 +133,7 @@ void BeforeSweeps(StepContext& context) {
   Kick(context, context.substep.kick_before_s, context.state.positions_m,
        context.state.velocities_m_per_s);
   PredictContacts(context);
+  PredictBodies(context);
   AccelerateBySprings(context);
   Predict(context);
   KickWithin(context);
@@ -156,6 +160,7 @@ bool Advance(StepContexts& contexts, ReferenceSelfContacts& self_contacts, Progr
     for (size_t k = 0; k < contexts.size(); ++k) {
       progress.cloths[k].residual = Residual(contexts[k]);
       Integrate(contexts[k]);
+      IntegrateBodies(contexts[k]);
     }
     self_contacts.Guard(contexts);
     progress.part = Part::kVelocitySweeps;
@@ -163,6 +168,7 @@ bool Advance(StepContexts& contexts, ReferenceSelfContacts& self_contacts, Progr
   }
   if (!SolveVelocity(contexts, progress, pause)) return false;
   for (StepContext& context : contexts) {
+    CorrectBodies(context);
     CorrectVelocity(context);
     Kick(context, context.substep.kick_after_s, context.state.positions_m,
          context.state.velocities_m_per_s);
@@ -180,6 +186,7 @@ void BeginSubstep(StepContext& context, uint32_t index) {
   context.h = context.substep.interval_s;
   context.colliders.Place(index * context.substep.duration_s,
                           (index + 1) * context.substep.duration_s);
+  BeginBodies(context, index * context.substep.duration_s);
 }
 
 // The step but for commit and measure, or what is left of it. False: paused.
@@ -373,6 +380,7 @@ bool ReferenceStep::End(std::vector<StepReport>& reports) {
     cloth.may_cross_itself =
         under_way_->starts_crossing[k] || under_way_->self_contacts.has_failed();
     cloth.fault = FindFault(contexts[k].state);
+    if (cloth.fault == FaultReason::kNone) cloth.fault = contexts[k].bodies.Fault();
     is_good &= cloth.fault == FaultReason::kNone;
   }
   for (size_t k = 0; k < cloths_.size(); ++k) {
@@ -389,12 +397,19 @@ bool ReferenceStep::End(std::vector<StepReport>& reports) {
     }
     const double time_step_s = cloth.parameters.settings.time_step_s;
     if (context.impulses != nullptr) {
-      report.impulses = std::make_shared<StepImpulses>(context.impulses->Total(
-          cloth.state, context.state, cloth.parameters.gravity_m_per_s2, time_step_s));
+      StepImpulses total = context.impulses->Total(cloth.state, context.state,
+                                                   cloth.parameters.gravity_m_per_s2, time_step_s);
+      context.bodies.AddImpulses(total.colliders);
+      report.impulses = std::make_shared<StepImpulses>(std::move(total));
     }
     cloth.state = context.state;  // commit
     for (RigidMotion& motion : cloth.parameters.collider_motions) {
       motion = motion.After(time_step_s);
+    }
+    if (context.bodies.empty()) continue;
+    report.bodies = context.bodies.States();
+    for (const BodyState& body : *report.bodies) {
+      cloth.parameters.collider_motions[body.collider] = body.motion;
     }
   }
   return true;

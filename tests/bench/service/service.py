@@ -31,7 +31,7 @@ DISPATCH_MS = 50  # --batch-budget-us
 SHEET = ("--side", 16)
 ROUNDS = 3
 # Of tests/traffic/traffic_test.cpp.
-TRAFFIC_FIGURES = ("operations", "cuts", "kills", "drains", "retries", "steps", "lost", "doubled", "findings", "oldest_checkpoint_ms")
+TRAFFIC_FIGURES = ("operations", "cuts", "kills", "drains", "retries", "steps", "frames", "lost", "doubled", "findings", "oldest_checkpoint_ms")
 ENDLESS = ("-p", 3_600_000)
 
 
@@ -116,6 +116,37 @@ def stalled(bench):
         middle = statistics.median(ratios)
         deviation = 1.48 * statistics.median(abs(ratio - middle) for ratio in ratios)
         bench.add("stalled", kind, change_percent=100 * (middle - 1), error_percent=125 * deviation / len(ratios) ** 0.5)
+
+
+def audience(bench):
+    """What viewers of the same cloths cost together: processor time of the whole server per step of 16 cloths of 1024 particles,
+    after which each viewer, with a connection of its own, reads the frame. Without them, and with 1, 8 and 32, by turns."""
+    rounds, steps = (2, 5) if bench.is_quick else (12, 20)
+    counts = (0, 1, 8, 32)
+    spec = ClothSpec(grid=Grid(columns=32, rows=32, width_m=1, height_m=1), pins=[Pin(particle=0), Pin(particle=31)])
+    with Draped("--threads=1") as server, drape.connect(server.address) as client, client.session() as session:
+        cloths = session.create(spec, 16)
+        cloths.step(100, view=None)
+        costs_ms = {count: [] for count in counts}
+        for _ in range(rounds):
+            for count in counts:
+                with contextlib.ExitStack() as stack:
+                    viewers = []
+                    for _ in range(count):
+                        own = stack.enter_context(drape.connect(server.address)).session(name=session.name).attach()
+                        viewers.append(stack.enter_context(own.frames(every_frame=True, queue_frames=8)))
+                    for viewer in viewers:
+                        next(viewer)
+                    before_s = server.processor_s()
+                    for _ in range(steps):
+                        cloths.step(1, view=None)
+                        for viewer in viewers:
+                            next(viewer)
+                    costs_ms[count].append(1000 * (server.processor_s() - before_s) / steps)
+    none = statistics.median(costs_ms[0])
+    for count, costs in costs_ms.items():
+        per_viewer = {"per_viewer_ms": (statistics.median(costs) - none) / count} if count else {}
+        bench.add("audience", f"{count} viewers", server_ms=statistics.median(costs), **per_viewer)
 
 
 @contextlib.contextmanager
@@ -282,7 +313,7 @@ def settled_bytes(folder):
 
 
 PARTS = {part.__name__: part
-         for part in (sessions, requests, viewers, stalled, neighbours, fairness, memory, floods, restart, traffic)}
+         for part in (sessions, requests, viewers, stalled, audience, neighbours, fairness, memory, floods, restart, traffic)}
 
 
 def table(rows):

@@ -11,16 +11,8 @@ pytest.importorskip("stable_baselines3", reason="not in build/venv: python_learn
 from stable_baselines3 import PPO
 
 from conftest import ROOT
-from drape.gym import DropFlat
 from drape.gym.sb3 import StableVecEnv
-
-NUM = 3
-
-
-class Short(DropFlat):
-    side = 8
-    action_repeat = 2
-    horizon = 4
+from short_task import NUM, Short
 
 
 @pytest.fixture

@@ -46,8 +46,8 @@ def test_the_scripted_policy_reaches_its_score(client, task, policy, mean, least
 ])
 @pytest.mark.parametrize("is_long", [False, pytest.param(True, marks=pytest.mark.full)])
 def test_tasks_of_sheets_that_touch_themselves_too(client, task, policy, mean, least, actions, side, is_long):
-    """In the short tier with fewer particles."""
-    scores = (play(task, policy, client, episodes=3) if is_long
+    """In the short tier with fewer particles and actions."""
+    scores = (play(task, policy, client) if is_long
               else play(task, policy, client, num=2, side=side, max_episode_steps=actions))
     assert scores.mean() >= mean and scores.min() >= least, scores.round(3)
     assert scores.max() <= 1 + 1e-6

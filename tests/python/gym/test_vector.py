@@ -5,17 +5,8 @@ import numpy as np
 import pytest
 from gymnasium.vector import AutoresetMode, SyncVectorEnv
 
-from drape.gym import DropFlat, single
-
-NUM = 3
-
-
-class Short(DropFlat):
-    """DropFlat with few particles and actions, since only its bookkeeping is tested."""
-
-    side = 8
-    action_repeat = 2
-    horizon = 4
+from drape.gym import single
+from short_task import NUM, Short
 
 
 @pytest.fixture

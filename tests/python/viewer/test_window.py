@@ -54,6 +54,22 @@ def test_play_step_reset_and_recording(session, free_port, tmp_path):
     assert cloths.step().step_count[0] == 1
 
 
+def test_a_colouring_chosen_amid_a_picture_counts_from_the_next(session, free_port):
+    with Window([session.create(sheet(), count=1)], port=free_port) as window:
+        drawing, drawn = window._drawings[0], []
+        update = drawing.update
+
+        def choose_amid(colouring):
+            top = update(colouring)
+            window.colouring.value = "speed" if colouring == "cloth" else "cloth"
+            drawn.append(colouring)
+            return top
+
+        drawing.update = choose_amid
+        wait_for(lambda: len(drawn) >= 4)
+        assert {"cloth", "speed"} <= set(drawn)
+
+
 def test_a_drag_pulls_the_nearest_particle_and_lets_go(session, free_port):
     cloths = session.create(sheet(max_grips=1), count=2, origins=[[0, 0, 0], [2, 0, 0]])
     with Window([cloths], port=free_port) as window:

@@ -9,6 +9,7 @@
 
 #include "server/solver/cpu/alone/advance.h"
 #include "server/solver/cpu/alone/advance_lengths.h"
+#include "server/solver/cpu/alone/bodies.h"
 #include "server/solver/cpu/alone/contacts.h"
 #include "server/solver/cpu/alone/distances.h"
 #include "server/solver/cpu/alone/elastic.h"
@@ -111,7 +112,10 @@ bool Solve(SteppedCloths cloths, StepProgress& progress, const Pause& pause) {
     bool is_over = true;
     for (size_t k = 0; k < cloths.size(); ++k) {
       StepOfCloth& its = progress.cloths[k];
-      if (its.is_sweeping) its.has_changed |= SolveContacts(cloths[k].context);
+      if (its.is_sweeping) {
+        its.has_changed |= SolveBodies(cloths[k].context);
+        its.has_changed |= SolveContacts(cloths[k].context);
+      }
       its.is_sweeping = cloths[k].context.controls.tolerance == 0 || have_contacts_changed ||
                         (its.is_sweeping && its.has_changed);
       is_over &= !its.is_sweeping;
@@ -189,11 +193,13 @@ void Begin(const StepContext& context, const FloatState& state) {
   scratch.has_quiet_particles = false;
   scratch.self_contacts_failed = false;
   if (ImpulseSums* const sums = context.impulses()) sums->Begin(model, scratch.reach.near.size());
+  BeginBodies(context);
 }
 
 void BeforeSweeps(const StepContext& context) {
   Kick(context, context.scratch.state.positions, context.substep.kick_before);
   PredictContacts(context);
+  PredictBodies(context);
   AccelerateBySprings(context);
   Predict(context);
   KickWithin(context);
@@ -216,13 +222,17 @@ bool Advance(SteppedCloths cloths, StepProgress& progress, const Pause& pause) {
   }
   if (progress.part == Part::kSweeps) {
     if (!Solve(cloths, progress, pause)) return false;
-    for (const SteppedCloth& cloth : cloths) Integrate(cloth.context);
+    for (const SteppedCloth& cloth : cloths) {
+      IntegrateBodies(cloth.context);
+      Integrate(cloth.context);
+    }
     GuardSelfContacts(cloths);
     progress.part = Part::kVelocitySweeps;
     progress.sweep = 0;
   }
   if (!SolveVelocity(cloths, progress, pause)) return false;
   for (const SteppedCloth& cloth : cloths) {
+    CorrectBodies(cloth.context);
     CorrectVelocity(cloth.context);
     Kick(cloth.context, cloth.context.scratch.state.positions, cloth.context.substep.kick_after);
   }
@@ -232,6 +242,7 @@ bool Advance(SteppedCloths cloths, StepProgress& progress, const Pause& pause) {
 
 void BeginSubstep(StepContext& context, uint32_t index, double substep_s) {
   PlaceColliders(context, index, substep_s);
+  context.scratch.bodies.Begin(index * substep_s, substep_s);
   if (ImpulseSums* const sums = context.impulses()) sums->BeginSubstep(context, index, substep_s);
   if (index == 0 && context.substep.is_two_step) {
     Copy(context, context.scratch.state, context.scratch.previous);
@@ -307,7 +318,9 @@ Ending End(SteppedCloths cloths, StepProgress& progress) {
     const auto& [context, measure, state] = cloths[k];
     const bool may_have_fault = Tidy(context);
     if (const ImpulseSums* const sums = context.impulses()) {
-      impulses[k] = std::make_shared<const StepImpulses>(sums->Total(context, state));
+      StepImpulses total = sums->Total(context, state);
+      context.scratch.bodies.AddImpulses(total.colliders);
+      impulses[k] = std::make_shared<const StepImpulses>(std::move(total));
     }
     ends.push_back({context, state, may_have_fault, measure, progress.cloths[k].report});
   }
@@ -316,7 +329,10 @@ Ending End(SteppedCloths cloths, StepProgress& progress) {
   for (size_t k = 0; k < cloths.size(); ++k) {
     StepReport& report = progress.cloths[k].report;
     report.warnings.energy_gained |= progress.is_calmer;
-    if (report.fault == FaultReason::kNone) report.impulses = impulses[k];
+    if (report.fault != FaultReason::kNone) continue;
+    report.impulses = impulses[k];
+    const Bodies& bodies = cloths[k].context.scratch.bodies;
+    if (!bodies.empty()) report.bodies = bodies.States();
   }
   return ending;
 }

@@ -47,6 +47,8 @@ FloatControls::FloatControls(const FloatModel& model, const ClothParameters& par
   friction_dynamic = static_cast<float>(parameters.friction_dynamic);
   touches_itself = plan.Has(StepStage::kFindSelfContacts);
   contact = SelfContactOf(parameters);
+  has_bodies = HasBodies(parameters.colliders);
+  bodies = BodyNumbersOf(parameters);
   has_restitution = HasRestitution(parameters);
   restitution = static_cast<float>(parameters.restitution);
   slowest_rebound = static_cast<float>(SlowestRebound(parameters));

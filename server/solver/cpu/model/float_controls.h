@@ -5,6 +5,7 @@
 #include <optional>
 #include <vector>
 
+#include "server/solver/bodies/body_numbers.h"
 #include "server/solver/cloth_parameters.h"
 #include "server/solver/cpu/formulas/constraint_math.h"
 #include "server/solver/cpu/formulas/distance_map_gap.h"
@@ -73,6 +74,8 @@ struct FloatControls {
   float air_drag;  // density of the air * coefficient / 4 [kg/m^3]
   float air_lift;
   std::vector<FloatCollider> colliders;
+  bool has_bodies;  // among the colliders
+  BodyNumbers bodies;
   std::shared_ptr<const ElasticEntries> elastic_entries;  // null without lines
   // Null without a grid's apply_elastic.
   std::shared_ptr<const GridStrengths> grid_strengths;

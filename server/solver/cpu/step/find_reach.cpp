@@ -99,15 +99,24 @@ ParticleBox RangeOf(const StepContext& context, const FloatState& state, size_t 
   return {range.low - margin, range.high + margin};
 }
 
-void AddAll(size_t count, std::vector<uint32_t>& near) {
-  near.resize(count);
+// Bodies are asked for by themselves (alone/bodies.h).
+void AddAll(const StepContext& context, std::vector<uint32_t>& near) {
+  near.resize(context.controls.colliders.size());
   std::iota(near.begin(), near.end(), 0u);
+  std::erase_if(near, [&](uint32_t k) { return context.IsBody(k); });
+}
+
+size_t CountOfAll(const StepContext& context) {
+  size_t count = context.controls.colliders.size();
+  for (const Collider& collider : context.colliders) count -= collider.is_body() ? 1 : 0;
+  return count;
 }
 
 // Adds the colliders that a particle in `range` may touch.
 void AddNear(const StepContext& context, const ParticleBox& range, std::vector<uint32_t>& near) {
   const auto count = static_cast<uint32_t>(context.controls.colliders.size());
   for (uint32_t k = 0; k < count; ++k) {
+    if (context.IsBody(k)) continue;
     const auto place = std::lower_bound(near.begin(), near.end(), k);
     if (place != near.end() && *place == k) continue;
     if (MayMeet(context, k, range)) near.insert(place, k);
@@ -118,9 +127,9 @@ void AddNear(const StepContext& context, const ParticleBox& range, std::vector<u
 
 ParticleBox AddNear(const StepContext& context, const FloatState& state,
                     std::vector<uint32_t>& near) {
-  const auto count = static_cast<uint32_t>(context.controls.colliders.size());
+  const size_t count = CountOfAll(context);
   if (!context.leaves_out_colliders || count == 0) {
-    AddAll(count, near);
+    AddAll(context, near);
     return {};
   }
   // Few particles tell of most colliders that they are near.
@@ -134,12 +143,12 @@ ParticleBox AddNear(const StepContext& context, const FloatState& state,
 void FindReach(const StepContext& context, const FloatState& state, ColliderReach& reach) {
   reach.near.clear();
   reach.range = AddNear(context, state, reach.near);
-  reach.has_far = reach.near.size() < context.controls.colliders.size();
+  reach.has_far = reach.near.size() < CountOfAll(context);
   reach.has_left = false;
 }
 
 void ReachAll(const StepContext& context, ColliderReach& reach) {
-  AddAll(context.controls.colliders.size(), reach.near);
+  AddAll(context, reach.near);
   reach.has_far = reach.has_left = false;
 }
 

@@ -120,6 +120,9 @@ void Commit(std::span<const EndingCloth> cloths) {
   bool is_good = true;
   for (const EndingCloth& cloth : cloths) {
     cloth.report.fault = cloth.may_have_fault ? FindFault(cloth.context) : FaultReason::kNone;
+    if (cloth.report.fault == FaultReason::kNone) {
+      cloth.report.fault = cloth.context.scratch.bodies.Fault();
+    }
     is_good &= cloth.report.fault == FaultReason::kNone;
   }
   for (const EndingCloth& cloth : cloths) {

@@ -121,10 +121,13 @@ double RmsMotion(const FloatState& start, const FloatState& end, uint32_t partic
 // All colliders of a cloth where they are when its state is measured.
 class PlacedColliders {
  public:
+  // `time_s` after the start of the step: at its end, or 0.
   PlacedColliders(const StepContext& context, double time_s)
       : resting_(context.controls.colliders) {
     for (size_t k = 0; k < context.collider_motions.size(); ++k) {
-      moving_.emplace_back(resting_[k], context.collider_motions[k].After(time_s));
+      const bool follows_body = time_s > 0 && context.IsBody(k);
+      moving_.emplace_back(resting_[k], follows_body ? context.scratch.bodies.MotionAtEnd(k)
+                                                     : context.collider_motions[k].After(time_s));
     }
   }
   size_t size() const { return resting_.size(); }

@@ -5,6 +5,7 @@
 #include <span>
 #include <vector>
 
+#include "server/solver/bodies/bodies.h"
 #include "server/solver/cpu/model/float_controls.h"
 #include "server/solver/cpu/model/float_model.h"
 #include "server/solver/cpu/model/held_particles.h"
@@ -113,6 +114,7 @@ struct StepScratch {
   std::vector<MovingSurface> surfaces;
   std::shared_ptr<SelfContactMemory> self_contacts;  // made when a cloth first needs it
   ImpulseSums impulses;                              // only where they are asked for
+  Bodies bodies;                                     // of the colliders
   bool self_contacts_failed = false;  // pins forced the cloth through itself in this step
   uint64_t repeats = 0;  // steps of this thread that were done again with all colliders
 };
@@ -148,6 +150,8 @@ struct StepContext {
   bool asks_for_impulses = false;  // StepReport::impulses
   std::span<const Collider> colliders{};
 
+  // Whether collider k is a rigid body.
+  bool IsBody(size_t k) const { return controls.has_bodies && colliders[k].is_body(); }
   // Null: nobody asks for them.
   ImpulseSums* impulses() const { return asks_for_impulses ? &scratch.impulses : nullptr; }
 

@@ -196,13 +196,14 @@ class Window:
 
     def _show(self, steps):
         begin = time.perf_counter()
+        colouring = self.colouring.value  # read once: the browser's thread may change it at any time
         with self.server.atomic():
-            tops = [drawing.update(self.colouring.value) for drawing in self._drawings]
+            tops = [drawing.update(colouring) for drawing in self._drawings]
         if self._recording is not None and steps:
             self._recording.insert_sleep(steps * self._time_step_s)
         first = self.batches[0]
-        unit = {"strain": "largest strain {:.3%}", "speed": "largest speed {:.2f} m/s"}.get(self.colouring.value, "")
-        text = unit.format(max(top for top in tops)) if unit else ""
+        unit = {"strain": "largest strain {:.3%}", "speed": "largest speed {:.2f} m/s"}.get(colouring, "")
+        text = unit.format(max(tops)) if unit else ""
         faulted = sum(int(cloths.faulted.sum()) for cloths in self.batches)
         self.status.content = (f"step {int(first.step_count[0])}, {sum(c.num for c in self.batches)} cloths"
                                + (f", **{faulted} faulted**" if faulted else "") + (f"  \n{text}" if text else "")
