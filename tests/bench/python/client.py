@@ -1,8 +1,9 @@
-"""`./run bench python`: the Python client beside the C++ client, in turn against one server, and the vector
-environments.
+"""`./run bench python`: the Python client beside the C++ client, in turn against one server; the vector environments;
+and sheets of other simulators.
 
-Writes results/MACHINE.md and two tables beside it. With --quick: few calls, results printed only. With --case NAME:
-that comparison alone, printed only; `pictures` is one of pictures, `impulses` of steps that tell their impulses.
+Writes results/MACHINE.md and the tables beside it. With --quick: few calls, no other simulators, results printed only.
+With --case NAME: that comparison alone, printed only; `pictures` is one of pictures, `impulses` of steps that tell
+their impulses, `viewer` of windows of `drape.viewer`, `peers` of other simulators.
 """
 
 import argparse
@@ -17,11 +18,13 @@ import sys
 import time
 
 import numpy as np
+import peers  # beside this file
 
 import drape
 from drape import ClothSpec, Grid, Pin, StepSettings
 
 ROOT = pathlib.Path(__file__).resolve().parents[3]
+PEERS_PYTHON = ROOT / "build/peers-environment/bin/python"
 CPP = os.environ.get("DRAPE_BURST", ROOT / "build/release/bin/drape_burst")
 SIDE = 32
 # name, cloths, positions, calls per round
@@ -181,6 +184,25 @@ def environments(is_quick):
     return rows
 
 
+def viewer(client):
+    """Rows of windows that play: pictures that reach a browser's socket, which nothing draws, and what one costs."""
+    from viewer_rate import measure  # viser takes a second to import
+
+    rows = []
+    for cloths, side in ((10, SIDE), (1, 8 * SIDE)):
+        spec = sheet()
+        spec.grid.columns = spec.grid.rows = side
+        spec.pins[1].particle = side - 1
+        with client.session() as session:
+            batch = session.create(spec, cloths, origins=[[2.0 * k, 0, 0] for k in range(cloths)])
+            rows.append({"cloths": cloths, "particles": side * side, **measure(batch, cpu_s)})
+    return rows
+
+
+def of_peers(_=None):
+    return peers.of_all(PEERS_PYTHON, server_cpu_s)
+
+
 def table(rows):
     names = list(rows[0])
     lines = ["| " + " | ".join(names) + " |", "|" + "---|" * len(names)]
@@ -199,11 +221,11 @@ def write_csv(path, rows):
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--quick", action="store_true")
-    parser.add_argument("--case", choices=[*(case[0] for case in CASES), "pictures", "impulses"], default="")
+    parser.add_argument("--case", choices=[*(case[0] for case in CASES), "pictures", "impulses", "viewer", "peers"], default="")
     arguments = parser.parse_args()
     with drape.launch("cpu") as client:
         device = client.info.device
-        of_case = {"pictures": pictures, "impulses": impulses}.get(arguments.case)
+        of_case = {"pictures": pictures, "impulses": impulses, "viewer": viewer, "peers": of_peers}.get(arguments.case)
         clients = of_case(client) if of_case else compare(client, arguments.quick, arguments.case)
     if arguments.case:
         print(f"{device}; load average {os.getloadavg()[0]:.1f}\n\n{table(clients)}")
@@ -212,14 +234,18 @@ def main():
     text = (f"# The Python client\n\nBy `./run bench python`; {device}; load average {os.getloadavg()[0]:.1f} (ratios are of\n"
             f"runs in turn, so they stand a busy machine; wall times do not).\n\n## Beside the C++ client\n\n" + table(clients)
             + "\n## Vector environments\n\n" + table(envs))
-    print(text)
     if arguments.quick:
+        print(text)
         return 0
+    others = of_peers()
+    text += "\n## Beside other simulators\n\n" + table(others)
+    print(text)
     folder = pathlib.Path(__file__).with_name("results")
     folder.mkdir(exist_ok=True)
     machine = re.sub(r"[^a-z0-9]+", "-", device.lower()).strip("-")
     write_csv(folder / f"{machine}_clients.csv", clients)
     write_csv(folder / f"{machine}_envs.csv", envs)
+    write_csv(folder / f"{machine}_peers.csv", others)
     (folder / f"{machine}.md").write_text(text)
     print(f"results are in {folder}")
     return 0

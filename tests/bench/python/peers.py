@@ -1,52 +1,58 @@
-"""peers.py: a batch of hanging sheets by Drape and by MuJoCo's `mujoco.batch`, CPU time of a sheet's frame beside its
-strain.
+"""Sheets that hang by two corners, as environments of Drape, of MuJoCo's `mujoco.batch` and of Newton: what one costs beside how
+far it stretches. Part of `./run bench python`; alone: `./run bench python --case peers`.
 
-32×32 particles, 0.4 m, 0.15 kg/m^2, let go flat with two corners held, 60 frames of 1/60 s, 16 sheets, one thread.
-Strain: |l - l0| / l0 of the edges along rows and columns in the second half. MuJoCo's flex stretches by Young's modulus
-(thickness 1 mm) and steps by its `discrete` integrator, which MuJoCo asks for with stiff flexes; Drape's
-sheet does not stretch. By hand: `build/venv/bin/python tests/bench/python/peers.py`, which installs MuJoCo into
-out/peers-batch-venv and writes results/MACHINE_peers.csv.
+32×32 particles, 0.4 m, 0.15 kg/m^2, let go flat with two corners held, 60 frames of 1/60 s, one thread. A step of an environment:
+4 frames, then all positions. Strain: |l - l0| / l0 of the edges along rows and columns in the second half. MuJoCo's flex stretches
+by Young's modulus (thickness 1 mm) and steps by its `discrete` integrator, which MuJoCo asks for with stiff flexes; Newton's
+triangles stretch by 10^4 N/m and are solved by vertex block descent, the solver of its cloth examples, on the CPU (Warp is made for
+GPUs); Drape's sheet does not stretch. `peers.py --mujoco` and `--newton` are run by the packages of requirements_peers.txt.
 """
 
 import json
 import pathlib
-import re
 import subprocess
 import sys
 import time
 
-MUJOCO = "4.0.0"
+HERE = pathlib.Path(__file__).resolve()
 SIDE, SIZE_M, DENSITY = 32, 0.4, 0.15
 EDGE_M = SIZE_M / (SIDE - 1)
-SHEETS, FRAMES = 16, 60
-# Young's modulus [Pa], steps per frame
-PEERS = [(2e6, 1), (2e6, 4), (1e7, 1), (1e7, 4)]
-SUBSTEPS = [20, 52]  # 52: REALTIME
+FRAMES, STEP_FRAMES = 60, 4
+DRAPE_SUBSTEPS = [20, 52]  # 52: REALTIME
+MUJOCO = [(2e6, 1), (2e6, 4), (1e7, 1), (1e7, 4)]  # Young's modulus [Pa], steps per frame
+NEWTON = [(10, 10), (30, 10)]  # substeps per frame, iterations
+ENVS = {"drape": 64, "mujoco": 16, "newton": 2}  # cost goes with their number
 
 
-class Strain:
-    def __init__(self):
-        self.largest, self.sums = 0.0, []
+def play(program, settings, envs, step, positions, cpu_s):
+    """Row of `envs` sheets; step(): a frame of all; positions(): [envs * SIDE * SIDE, 3], rows together."""
+    import numpy as np
 
-    def add(self, positions):
-        import numpy as np
-
-        grid = np.asarray(positions, float).reshape(-1, SIDE, SIDE, 3)
+    took_s, largest, squares = 0.0, 0.0, []
+    for frame in range(FRAMES):
+        begin_s = cpu_s()
+        step()
+        is_observed = frame % STEP_FRAMES == STEP_FRAMES - 1
+        grid = np.asarray(positions(), float).reshape(envs, SIDE, SIDE, 3) if is_observed else None
+        took_s += cpu_s() - begin_s
+        if not is_observed or frame < FRAMES // 2:
+            continue
         for ends in (np.diff(grid, axis=1), np.diff(grid, axis=2)):
             strain = abs(np.linalg.norm(ends, axis=-1) / EDGE_M - 1)
-            self.largest = max(self.largest, float(strain.max()))
-            self.sums.append(float((strain**2).mean()))
-
-    def rms(self):
-        return (sum(self.sums) / len(self.sums)) ** 0.5
+            largest = max(largest, float(strain.max()))
+            squares.append(float((strain**2).mean()))
+    frame_s = took_s / FRAMES / envs
+    return {"program": program, "settings": settings, "envs": envs, "cpu_ms_per_frame": 1e3 * frame_s,
+            "env_steps_per_cpu_s": 1 / (STEP_FRAMES * frame_s), "max_strain": largest,
+            "rms_strain": float(np.mean(squares)) ** 0.5}
 
 
 def by_mujoco():
     import mujoco
     from mujoco.batch import Batch
 
-    rows = []
-    for young, steps in PEERS:
+    envs = ENVS["mujoco"]
+    for young, steps in MUJOCO:
         model = mujoco.MjModel.from_xml_string(f"""
           <mujoco>
             <option timestep="{1 / 60 / steps}" integrator="discrete" solver="CG" iterations="50" gravity="0 -9.81 0">
@@ -59,63 +65,72 @@ def by_mujoco():
               </flexcomp>
             </worldbody>
           </mujoco>""")
-        batch = Batch(model, nsim=SHEETS, nthread=1)
-        positions, strain = batch.bind("flexvert_xpos"), Strain()
-        took_s = 0.0
-        for frame in range(FRAMES):
-            begin = time.process_time()
-            batch.step(nstep=steps)
-            took_s += time.process_time() - begin
-            if frame >= FRAMES // 2:
-                strain.add(positions)
-        rows.append((f"MuJoCo {mujoco.__version__}", f"Young {young:.0e} Pa; {steps} steps", 1e3 * took_s / FRAMES / SHEETS,
-                     strain.largest, strain.rms()))
-    return rows
+        batch = Batch(model, nsim=envs, nthread=1)
+        places = batch.bind("flexvert_xpos")
+        yield play(f"MuJoCo {mujoco.__version__}", f"Young {young:.0e} Pa; {steps} steps", envs,
+                   lambda: batch.step(nstep=steps), lambda: places, time.process_time)
 
 
-def by_drape():
-    import client  # beside this file
+def by_newton():
+    import newton
+    import warp
 
+    warp.config.quiet = True
+    envs = ENVS["newton"]
+    for substeps, iterations in NEWTON:
+        sheet = newton.ModelBuilder()
+        sheet.add_cloth_grid(pos=warp.vec3(0, 0, 0), rot=warp.quat_identity(), vel=warp.vec3(0, 0, 0), dim_x=SIDE - 1,
+                             dim_y=SIDE - 1, cell_x=EDGE_M, cell_y=EDGE_M, mass=DENSITY * SIZE_M**2 / SIDE**2, tri_ke=1e4,
+                             tri_ka=1e4, tri_kd=0.0, edge_ke=0.0, edge_kd=0.0, particle_radius=0.001)
+        for corner in (0, SIDE - 1):
+            sheet.particle_mass[corner] = 0.0
+        builder = newton.ModelBuilder(gravity=(0.0, 0.0, -9.81))
+        builder.replicate(sheet, envs)
+        builder.color()
+        model = builder.finalize(device="cpu")
+        solver = newton.solvers.SolverVBD(model, iterations=iterations)
+        states, control = [model.state(), model.state()], model.control()
+
+        def step():
+            for _ in range(substeps):
+                states[0].clear_forces()
+                solver.step(states[0], states[1], control, None, 1 / 60 / substeps)
+                states.reverse()
+
+        step()  # compiles, if the package's cache does not have the kernels
+        states[0].assign(model.state())
+        yield play(f"Newton {newton.__version__}", f"VBD {substeps} substeps x {iterations}", envs, step,
+                   lambda: states[0].particle_q.numpy(), time.process_time)
+
+
+def by_drape(server_cpu_s):
+    """Rows of Drape; the CPU time of its server and of this process. server_cpu_s(pid): of a process."""
     import drape
     from drape import ClothSpec, Grid, Material, Pin, StepSettings
 
-    rows = []
+    envs = ENVS["drape"]
     with drape.launch("cpu", flags=["--threads=1"]) as server, server.session() as session:
         pid = server._connection.server.pid
-        for substeps in SUBSTEPS:
+        for substeps in DRAPE_SUBSTEPS:
             sheets = session.create(ClothSpec(
-                grid=Grid(columns=SIDE, rows=SIDE, width_m=SIZE_M, height_m=SIZE_M), pins=[Pin(particle=0), Pin(particle=SIDE - 1)],
-                material=Material(areal_density_kg_per_m2=DENSITY), settings=StepSettings(substeps=substeps)), SHEETS)
-            strain, begin_s = Strain(), client.server_cpu_s(pid)
-            for frame in range(FRAMES):
-                positions = sheets.step().positions
-                if frame >= FRAMES // 2:
-                    strain.add(positions)
-            took_s = client.server_cpu_s(pid) - begin_s
-            rows.append((f"Drape {drape.__version__}", f"{substeps} substeps", 1e3 * took_s / FRAMES / SHEETS,
-                         strain.largest, strain.rms()))
-        machine = re.sub(r"[^a-z0-9]+", "-", server.info.device.lower()).strip("-")
-    return rows, machine
+                grid=Grid(columns=SIDE, rows=SIDE, width_m=SIZE_M, height_m=SIZE_M),
+                pins=[Pin(particle=0), Pin(particle=SIDE - 1)], material=Material(areal_density_kg_per_m2=DENSITY),
+                settings=StepSettings(substeps=substeps)), envs)
+            yield play(f"Drape {drape.__version__}", f"{substeps} substeps", envs, lambda: sheets.step(view=None),
+                       lambda: sheets.positions, lambda: server_cpu_s(pid) + time.process_time())
 
 
-def main():
-    if sys.argv[1:] == ["--mujoco"]:
-        print(json.dumps(by_mujoco()))
-        return
-    here = pathlib.Path(__file__).resolve()
-    venv = here.parents[3] / "out/peers-batch-venv"
-    if not (venv / "bin/python").exists():
-        subprocess.run([sys.executable, "-m", "venv", venv], check=True)
-        subprocess.run([venv / "bin/pip", "install", "--quiet", f"mujoco=={MUJOCO}"], check=True)
-    rows, machine = by_drape()
-    done = subprocess.run([venv / "bin/python", here, "--mujoco"], check=True, stdout=subprocess.PIPE, text=True)
-    rows += json.loads(done.stdout.splitlines()[-1])
-    with open(here.parent / f"results/{machine}_peers.csv", "w") as file:
-        for row in [("program", "settings", "cpu_ms_per_frame", "max_strain", "rms_strain"), *rows]:
-            line = ",".join(f"{v:.4g}" if isinstance(v, float) else v for v in row)
-            print(line)
-            file.write(line + "\n")
+def of_all(python, server_cpu_s):
+    """Rows of all; `python`: the interpreter that has MuJoCo and Newton."""
+    rows = list(by_drape(server_cpu_s))
+    for flag in ("--mujoco", "--newton"):
+        done = subprocess.run([python, "-B", HERE, flag], check=True, stdout=subprocess.PIPE, text=True)
+        rows += json.loads(done.stdout.splitlines()[-1])
+    return rows
 
 
 if __name__ == "__main__":
-    main()
+    of_flag = {"--mujoco": by_mujoco, "--newton": by_newton}
+    if len(sys.argv) != 2 or sys.argv[1] not in of_flag:
+        sys.exit(__doc__)
+    print(json.dumps(list(of_flag[sys.argv[1]]())))
