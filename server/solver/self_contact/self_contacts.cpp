@@ -101,7 +101,8 @@ void SelfContacts<V>::Find(std::span<const V> positions, std::span<const V> velo
   if (lists_.empty()) return;
   if (has_searched) lists_.MeasureWays([&](uint32_t i) { return V(substep_s_ * velocities[i]); });
   Wake(positions, {.factor = static_cast<Real>(kWayMargin),
-                   .addend = numbers_.gravity * substep_s_ * substep_s_});
+                   .addend = numbers_.gravity * substep_s_ * substep_s_,
+                   .substeps = numbers_.substeps - substep_ + 1});
 }
 
 // Neighbours that flutter against each other stay where they are: the mean over them tells better
@@ -372,7 +373,8 @@ bool SelfContacts<V>::Guard(const typename PlanarGuard<V>::Motion& motion) {
     if (!has_all_pairs_) return GuardFar(motion);
     if (lists_.empty() && !has_drifted) break;
     lists_.MeasureWays([&](uint32_t i) { return V(motion.ends[i] - motion.starts[i]); });
-    const bool has_more = Wake(motion.starts, {.guards = true});
+    const bool has_more = Wake(
+        motion.starts, {.guards = true, .substeps = numbers_.substeps - substep_ + 1});
     if (!has_all_pairs_) return GuardFar(motion);
     if (round > 0 && !has_drifted && !has_more) break;
     if (round > kMostSearches) return GuardFar(motion);
