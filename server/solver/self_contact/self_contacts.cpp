@@ -373,8 +373,8 @@ bool SelfContacts<V>::Guard(const typename PlanarGuard<V>::Motion& motion) {
     if (!has_all_pairs_) return GuardFar(motion);
     if (lists_.empty() && !has_drifted) break;
     lists_.MeasureWays([&](uint32_t i) { return V(motion.ends[i] - motion.starts[i]); });
-    const bool has_more = Wake(
-        motion.starts, {.guards = true, .substeps = numbers_.substeps - substep_ + 1});
+    const bool has_more =
+        Wake(motion.starts, {.guards = true, .substeps = numbers_.substeps - substep_ + 1});
     if (!has_all_pairs_) return GuardFar(motion);
     if (round > 0 && !has_drifted && !has_more) break;
     if (round > kMostSearches) return GuardFar(motion);
