@@ -143,6 +143,7 @@ int Load(LoadFlags flags) {
   plan.interval_s = flags.interval_ms * 1e-3;
   plan.scene = flags.scene.empty() ? HangingSheets(flags) : LoadScene(flags.scene, flags.sets);
   flags.server.address.connect.request_timeout_s = flags.request_timeout_s;
+  flags.server.address.connect.retries.max_tries = 1;  // it counts what fails
   const Client first = flags.server.Open();
   plan.limits = first.GetServerInfo().limits();
   ServerAddress address = flags.server.address;

@@ -69,6 +69,13 @@ CLI::Option* ServerAddress::AddTo(CLI::App& command, const std::string& descript
       ->check(CLI::ExistingFile)
       ->type_name("FILE")
       ->needs(address);
+  command
+      .add_option("--tries", connect.retries.max_tries,
+                  "How often a request that may arrive twice is sent at most, if no answer comes")
+      ->check(CLI::Range(1u, 1000u))
+      ->type_name("N")
+      ->needs(address)
+      ->capture_default_str();
   return address;
 }
 

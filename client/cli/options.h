@@ -16,8 +16,8 @@ struct ServerAddress {
   std::string server;  // HOST:PORT
   ConnectOptions connect;
 
-  // --server and, for it, --tls, --tls-ca, --tls-server-name, --tls-cert, --tls-key and
-  // --token-file. Returns --server.
+  // --server and, for it, --tls, --tls-ca, --tls-server-name, --tls-cert, --tls-key,
+  // --token-file and --tries. Returns --server.
   CLI::Option* AddTo(CLI::App& command, const std::string& description = "Address of the server");
   // With the token of --token-file, else of the environment (DRAPE_TOKEN).
   Client Connect() const { return Client::Connect(server, Options()); }

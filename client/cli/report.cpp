@@ -33,28 +33,28 @@ void AddBodies(const v1::StepReport& sample, Json& json) {
 }
 
 Json SampleJson(const v1::StepReport& sample, double time_step_s) {
-  Json json = {{"step", sample.step()},
-               {"time_s", static_cast<double>(sample.step()) * time_step_s},
-               {"max_strain", sample.max_strain()},
-               {"rms_strain", sample.rms_strain()},
-               {"strain_p50", sample.strain_p50()},
-               {"strain_p90", sample.strain_p90()},
-               {"strain_p99", sample.strain_p99()},
-               {"rms_motion_m", sample.rms_motion_m()},
-               {"kinetic_energy_j", sample.kinetic_energy_j()},
-               {"potential_energy_j", sample.potential_energy_j()},
-               {"strain_energy_j", sample.strain_energy_j()},
-               {"lowest_m", sample.lowest_m()},
-               {"contacts", sample.contacts()},
-               {"max_penetration_m", sample.max_penetration_m()},
-               {"iterations", sample.iterations()},
-               {"max_residual_m", sample.max_residual_m()},
-               {"near_pairs", sample.near_pairs()},
-               {"crossings", sample.crossings()}};
-  // Only where the cloth is near itself.
-  if (sample.has_smallest_distance_m()) {
-    json["smallest_distance_m"] = sample.smallest_distance_m();
-  }
+  Json json = {
+      {"step", sample.step()},
+      {"time_s", static_cast<double>(sample.step()) * time_step_s},
+      {"max_strain", sample.max_strain()},
+      {"rms_strain", sample.rms_strain()},
+      {"strain_p50", sample.strain_p50()},
+      {"strain_p90", sample.strain_p90()},
+      {"strain_p99", sample.strain_p99()},
+      {"rms_motion_m", sample.rms_motion_m()},
+      {"kinetic_energy_j", sample.kinetic_energy_j()},
+      {"potential_energy_j", sample.potential_energy_j()},
+      {"strain_energy_j", sample.strain_energy_j()},
+      {"lowest_m", sample.lowest_m()},
+      {"contacts", sample.contacts()},
+      {"max_penetration_m", sample.max_penetration_m()},
+      {"iterations", sample.iterations()},
+      {"max_residual_m", sample.max_residual_m()},
+      {"near_pairs", sample.near_pairs()},
+      // null: nothing is near.
+      {"smallest_distance_m",
+       sample.has_smallest_distance_m() ? Json(sample.smallest_distance_m()) : Json(nullptr)},
+      {"crossings", sample.crossings()}};
   // Only of cloths with a frame budget.
   if (sample.iteration_cap() > 0) json["iteration_cap"] = sample.iteration_cap();
   if (sample.asleep()) json["asleep"] = true;

@@ -171,6 +171,84 @@ Json FiveSheets() {
   return {{"name", "five_sheets"}, {"duration_s", 2}, {"cloths", cloths}};
 }
 
+// A tube of triangles about y, whose lower rim is turned once around while the upper one is held.
+constexpr uint32_t kTubeColumns = 24, kTubeRows = 25;
+constexpr double kTubeRadius_m = 0.12, kTubeHeight_m = 0.5;
+
+std::array<double, 3> TubePlace(uint32_t row, double column) {
+  const double angle = 2 * std::numbers::pi * column / kTubeColumns;
+  return {Rounded(kTubeRadius_m * std::cos(angle)),
+          Rounded(kTubeHeight_m * (1 - row / (kTubeRows - 1.0))),
+          Rounded(kTubeRadius_m * std::sin(angle))};
+}
+
+std::string TubeObj() {
+  std::string text = "# A tube, metres. Made by make_examples.cpp.\n";
+  char line[80];
+  for (uint32_t row = 0; row < kTubeRows; ++row) {
+    for (uint32_t column = 0; column < kTubeColumns; ++column) {
+      // Every other row by half a column, so that no direction is preferred.
+      const auto [x, y, z] = TubePlace(row, column + 0.5 * (row % 2));
+      std::snprintf(line, sizeof(line), "v %.4f %.4f %.4f\n", x, y, z);
+      text += line;
+    }
+  }
+  const auto vertex = [](uint32_t row, uint32_t column) {
+    return 1 + row * kTubeColumns + column % kTubeColumns;
+  };
+  const auto add_face = [&](uint32_t a, uint32_t b, uint32_t c) {
+    std::snprintf(line, sizeof(line), "f %u %u %u\n", a, b, c);
+    text += line;
+  };
+  for (uint32_t row = 0; row + 1 < kTubeRows; ++row) {
+    const uint32_t shift = row % 2;
+    for (uint32_t column = 0; column < kTubeColumns; ++column) {
+      add_face(vertex(row, column), vertex(row, column + 1), vertex(row + 1, column + shift));
+      add_face(vertex(row + 1, column), vertex(row, column + 1 - shift),
+               vertex(row + 1, column + 1));
+    }
+  }
+  return text;
+}
+
+// In sixteen straight motions of the pins; the rims come nearer to each other meanwhile.
+Json TwistedTube() {
+  constexpr int kMotions = 16;
+  constexpr double kRise_m = 0.3;
+  Json pins = Json::array(), controls = Json::array();
+  const uint32_t lowest = (kTubeRows - 1) * kTubeColumns;
+  for (const uint32_t first : {0u, lowest}) {
+    for (uint32_t k = 0; k < kTubeColumns; ++k) pins.push_back({{"particle", first + k}});
+  }
+  for (int motion = 1; motion <= kMotions; ++motion) {
+    Json targets = Json::array();
+    for (uint32_t k = 0; k < kTubeColumns; ++k) {
+      const double share = static_cast<double>(motion) / kMotions;
+      const auto [x, y, z] = TubePlace(kTubeRows - 1, k + share * kTubeColumns);
+      targets.push_back({{"particle", lowest + k},
+                         {"target_m", {x, Rounded(y + kRise_m * share), z}},
+                         {"over_s", 0.15}});
+    }
+    controls.push_back({{"time_s", Rounded(0.15 * motion)}, {"pin_targets", targets}});
+  }
+  const Json spec = {{"mesh_file", "meshes/tube.obj"},
+                     {"scale_m", 1},
+                     {"material",
+                      {{"areal_density_kg_per_m2", 0.2},
+                       {"stretch_stiffness_n_per_m", 300},
+                       {"bending_rigidity_n_m", 1e-5},
+                       {"damping_per_s", 0.5},
+                       {"friction_static", 0.3},
+                       {"friction_dynamic", 0.25},
+                       {"thickness_m", 0.002}}},
+                     {"pins", pins},
+                     {"self_collision", Json::object()}};
+  return {{"name", "twisted_tube"},
+          {"duration_s", 3},
+          {"cloths", {{{"spec", spec}}}},
+          {"controls", controls}};
+}
+
 struct Vertices {
   std::vector<std::array<double, 3>> positions;
   std::vector<std::array<uint32_t, 3>> triangles;
@@ -305,6 +383,8 @@ int main(int argc, char** argv) {
     Write(folder / "net.json", LayOutJson(Net()));
     Write(folder / "flag.json", LayOutJson(Flag()));
     Write(folder / "five_sheets.json", LayOutJson(FiveSheets()));
+    Write(folder / "twisted_tube.json", LayOutJson(TwistedTube()));
+    Write(folder / "meshes" / "tube.obj", TubeObj());
     Write(folder / "skirt.json", LayOutJson(Skirt(folder / "meshes" / "skirt.obj")));
     Write(folder / "meshes" / "disc.obj", DiscObj());
   } catch (const std::exception& error) {

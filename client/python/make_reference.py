@@ -19,7 +19,8 @@ FUNCTIONS = [drape.launch, drape.connect, drape.find_server, drape.scene.load, d
              drape.mesh.from_arrays]
 CLASSES = [drape.Client, drape.Session, drape.Cloths, drape.States, drape.Answer, drape.Impulses, drape.Pipeline,
            drape.Frames, drape.Frame, drape.Run,
-           drape.scene.Scene, drape.scene.Player, drape.Error, drape.gym.ClothVectorEnv, drape.gym.DropFlat,
+           drape.scene.Scene, drape.scene.Player, drape.Retries, drape.Error, drape.SessionLost, drape.StateLost,
+           drape.gym.ClothVectorEnv, drape.gym.DropFlat,
            drape.gym.FlingFlat, drape.gym.CoverSphere, drape.gym.FoldHalf, drape.gym.Flatten, drape.gym.Hang]
 
 
@@ -34,6 +35,7 @@ def signature_of(function, name):
     text = f"{name}{inspect.signature(function)}"
     text = re.sub(r"<google[^>]*>|<drape[^>]*>", "POSITIONS", text)
     text = re.sub(r"positions: true\s*", "POSITIONS", text)
+    text = re.sub(r"= Retries\([^)]*\)", "= Retries()", text)
     text = re.sub(r"Operation\[(.*)\]", r"\1", text)
     text = re.sub(r"(: |-> )'([^']*)'", r"\1\2", text)  # annotations are strings
     lines, line = [], ""

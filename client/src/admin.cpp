@@ -3,7 +3,6 @@
 #include <utility>
 
 #include "client/src/connection.h"
-#include "client/src/errors.h"
 #include "drape/v1/admin_service.grpc.pb.h"
 
 namespace drape {
@@ -14,6 +13,11 @@ constexpr uint32_t kTenantSessionsPerPage = 1000;
 
 }  // namespace
 
+template <>
+inline constexpr bool kIsIdempotent<v1::ListTenantsRequest> = true;
+template <>
+inline constexpr bool kIsIdempotent<v1::ListAllSessionsRequest> = true;
+
 struct Admin::Impl {
   using Stub = v1::AdminService::Stub;
 
@@ -21,11 +25,7 @@ struct Admin::Impl {
   template <class Request, class Response>
   Response Call(grpc::Status (Stub::*method)(grpc::ClientContext*, const Request&, Response*),
                 const Request& request) const {
-    grpc::ClientContext context;
-    connection->Prepare(&context, {});
-    Response response;
-    ThrowIfFailed((*stub.*method)(&context, request, &response));
-    return response;
+    return connection->Call(*stub, method, request);
   }
 
   std::shared_ptr<Connection> connection;

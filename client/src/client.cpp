@@ -15,6 +15,8 @@ namespace drape {
 inline namespace client {
 namespace {
 
+using Stub = v1::SimulationService::Stub;
+
 constexpr uint32_t kSessionsPerPage = 1000;
 
 // grpc.health.v1 in terms of messages of equal wire format, because Debian ships no stub for it:
@@ -45,46 +47,37 @@ const std::string& Client::address() const {
 }
 
 v1::ServerInfo Client::GetServerInfo() const {
-  grpc::ClientContext context;
-  connection_->Prepare(&context, {});
-  v1::ServerInfo info;
-  ThrowIfFailed(connection_->stub->GetServerInfo(&context, v1::GetServerInfoRequest(), &info));
-  return info;
+  return connection_->Call(*connection_->stub, &Stub::GetServerInfo, v1::GetServerInfoRequest());
 }
 
 Health Client::CheckHealth(const std::string& service) const {
   grpc::TemplatedGenericStub<HealthCheckRequest, HealthCheckResponse> stub(connection_->channel);
-  grpc::ClientContext context;
-  connection_->Prepare(&context, {});
   HealthCheckRequest request;
   request.set_value(service);
   HealthCheckResponse response;
-  std::promise<grpc::Status> done;
-  stub.UnaryCall(&context, "/grpc.health.v1.Health/Check", grpc::StubOptions(), &request, &response,
-                 [&done](grpc::Status status) { done.set_value(std::move(status)); });
-  ThrowIfFailed(done.get_future().get());
+  connection_->Send({}, /*is_repeatable=*/true, [&](grpc::ClientContext* context) {
+    std::promise<grpc::Status> done;
+    stub.UnaryCall(context, "/grpc.health.v1.Health/Check", grpc::StubOptions(), &request,
+                   &response, [&done](grpc::Status status) { done.set_value(std::move(status)); });
+    return done.get_future().get();
+  });
   return response.value() == kServing ? Health::kServing : Health::kNotServing;
 }
 
 Session Client::CreateSession(const SessionOptions& options) const {
-  grpc::ClientContext context;
-  connection_->Prepare(&context, {});
   v1::CreateSessionRequest request;
   if (options.ttl_s) request.set_ttl_s(*options.ttl_s);
   request.set_display_name(options.display_name);
-  v1::Session session;
-  ThrowIfFailed(connection_->stub->CreateSession(&context, request, &session));
+  const v1::Session session = connection_->Call(*connection_->stub, &Stub::CreateSession, request);
   return Session(std::make_unique<Session::Impl>(connection_, session,
                                                  /*is_owner=*/true, options.renews_lease));
 }
 
 Session Client::AttachSession(const std::string& name) const {
-  grpc::ClientContext context;
-  connection_->Prepare(&context, {name});
   v1::GetSessionRequest request;
   request.set_name(name);
-  v1::Session session;
-  ThrowIfFailed(connection_->stub->GetSession(&context, request, &session));
+  const v1::Session session =
+      connection_->Call(*connection_->stub, &Stub::GetSession, request, {name});
   return Session(std::make_unique<Session::Impl>(connection_, session,
                                                  /*is_owner=*/false, /*renews_lease=*/false));
 }
@@ -94,10 +87,7 @@ std::vector<v1::Session> Client::ListSessions() const {
   v1::ListSessionsRequest request;
   request.set_page_size(kSessionsPerPage);
   do {
-    grpc::ClientContext context;
-    connection_->Prepare(&context, {});
-    v1::ListSessionsResponse page;
-    ThrowIfFailed(connection_->stub->ListSessions(&context, request, &page));
+    const auto page = connection_->Call(*connection_->stub, &Stub::ListSessions, request);
     sessions.insert(sessions.end(), page.sessions().begin(), page.sessions().end());
     request.set_page_token(page.next_page_token());
   } while (!request.page_token().empty());

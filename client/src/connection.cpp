@@ -3,15 +3,18 @@
 #include <grpcpp/create_channel.h>
 #include <grpcpp/security/credentials.h>
 
+#include <algorithm>
 #include <chrono>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
 #include <optional>
 #include <system_error>
+#include <thread>
 #include <utility>
 
 #include "client/src/errors.h"
+#include "client/src/private_server.h"
 
 namespace drape {
 inline namespace client {
@@ -67,15 +70,33 @@ std::string WhyNot(v1::SimulationService::Stub& stub) {
 
 }  // namespace
 
-void Connection::Prepare(grpc::ClientContext* context, const SessionRoute& route) const {
-  if (options.request_timeout_s > 0) context->set_deadline(After(options.request_timeout_s));
-  AddHeaders(context, route);
-}
-
 void Connection::AddHeaders(grpc::ClientContext* context, const SessionRoute& route) const {
   if (!route.session.empty()) context->AddMetadata(kSessionHeader, route.session);
   if (!route.incarnation.empty()) context->AddMetadata(kIncarnationHeader, route.incarnation);
   if (!options.token.empty()) context->AddMetadata("authorization", "Bearer " + options.token);
+}
+
+void Connection::Send(const SessionRoute& route, bool is_repeatable,
+                      const std::function<grpc::Status(grpc::ClientContext*)>& once,
+                      double limit_s) const {
+  auto deadline = std::chrono::system_clock::time_point::max();
+  for (const double limit : {options.request_timeout_s, limit_s}) {
+    if (limit > 0) deadline = std::min(deadline, After(limit));
+  }
+  Tries tries(options.retries, *budget, is_repeatable);
+  while (true) {
+    grpc::ClientContext context;
+    AddHeaders(&context, route);
+    context.set_deadline(deadline);
+    const grpc::Status status = once(&context);
+    if (status.ok()) return budget->Refill();
+    ErrorDetails details = DecodeStatus(status);
+    details.unanswered_tries = tries.unanswered();
+    const bool is_over = private_server != nullptr && private_server->has_ended();
+    const auto pause = is_over ? std::nullopt : tries.PauseAfter(details);
+    if (!pause || std::chrono::system_clock::now() + *pause >= deadline) Throw(std::move(details));
+    std::this_thread::sleep_for(*pause);
+  }
 }
 
 std::shared_ptr<Connection> OpenConnection(const std::string& address,
@@ -85,6 +106,8 @@ std::shared_ptr<Connection> OpenConnection(const std::string& address,
   connection->private_server = std::move(private_server);
   connection->address = address;
   connection->options = options;
+  connection->budget = std::make_unique<RetryBudget>(options.retries.budget);
+  connection->request_ids = std::make_unique<RequestIds>();
   grpc::ChannelArguments arguments;
   arguments.SetMaxReceiveMessageSize(-1);
   arguments.SetMaxSendMessageSize(kMaxRequestBytes);

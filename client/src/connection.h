@@ -4,9 +4,11 @@
 #include <grpcpp/channel.h>
 #include <grpcpp/client_context.h>
 
+#include <functional>
 #include <memory>
 #include <string>
 
+#include "client/src/retries.h"
 #include "drape/client.h"
 #include "drape/v1/simulation_service.grpc.pb.h"
 
@@ -36,11 +38,31 @@ struct Connection {
   ConnectOptions options;
   std::shared_ptr<grpc::Channel> channel;
   std::unique_ptr<v1::SimulationService::Stub> stub;
+  std::unique_ptr<RetryBudget> budget;
+  std::unique_ptr<RequestIds> request_ids;
 
-  // Prepares the context of a unary request: deadline, token and the headers of the route.
-  void Prepare(grpc::ClientContext* context, const SessionRoute& route) const;
-  // The same without a deadline, for the context of a stream.
+  // Token and the headers of the route.
   void AddHeaders(grpc::ClientContext* context, const SessionRoute& route) const;
+
+  // Sends a request by `once`, which gets a context with its deadline, and again while retries.h
+  // and the deadline allow it. Throws what it ends with. `limit_s` [s]: of all tries together, if
+  // that is less than the limit of the connection; 0: none.
+  void Send(const SessionRoute& route, bool is_repeatable,
+            const std::function<grpc::Status(grpc::ClientContext*)>& once,
+            double limit_s = 0) const;
+
+  // The same for one request with one answer, of a service of this connection.
+  template <class Stub, class Request, class Response>
+  Response Call(Stub& of,
+                grpc::Status (Stub::*method)(grpc::ClientContext*, const Request&, Response*),
+                const Request& request, const SessionRoute& route = {}, double limit_s = 0) const {
+    Response response;
+    Send(
+        route, IsRepeatable(request),
+        [&](grpc::ClientContext* context) { return (of.*method)(context, request, &response); },
+        limit_s);
+    return response;
+  }
 };
 
 // Waits until the channel is ready; throws kUnavailable after the timeout.

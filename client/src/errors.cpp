@@ -42,7 +42,20 @@ std::string OneLine(const ErrorDetails& details) {
     }
     text += "; " + violation.field + ": " + violation.description;
   }
+  if (details.unanswered_tries > 0) {
+    text += "; sent " + std::to_string(details.unanswered_tries) +
+            " times before without an answer: it may have been done";
+  }
   return text;
+}
+
+bool IsSessionLost(const ErrorDetails& details) {
+  return details.reason == "SESSION_NOT_FOUND" || details.reason == "SESSION_EXPIRED" ||
+         details.reason == "SESSION_LOST";
+}
+
+bool IsStateLost(const ErrorDetails& details) {
+  return details.reason == "STATE_LOST";
 }
 
 }  // namespace
@@ -103,8 +116,20 @@ ErrorDetails DecodeStatus(const grpc::Status& status) {
   return details;
 }
 
+void Throw(ErrorDetails details) {
+  if (IsSessionLost(details)) throw SessionLost(std::move(details));
+  if (IsStateLost(details)) throw StateLost(std::move(details));
+  throw Error(std::move(details));
+}
+
 void ThrowIfFailed(const grpc::Status& status) {
-  if (!status.ok()) throw Error(DecodeStatus(status));
+  if (!status.ok()) Throw(DecodeStatus(status));
+}
+
+void AddLoss(uint64_t told_step, ErrorDetails* details) {
+  if (told_step == 0 || (!IsSessionLost(*details) && !IsStateLost(*details))) return;
+  details->metadata["told_step"] = std::to_string(told_step);
+  details->message += "; the last answer to a Step was about step " + std::to_string(told_step);
 }
 
 Error LocalError(ErrorCode code, std::string reason, std::string message) {

@@ -3,6 +3,7 @@
 
 #include <grpcpp/support/status.h>
 
+#include <cstdint>
 #include <string>
 
 #include "drape/error.h"
@@ -14,8 +15,15 @@ inline namespace client {
 // that do not parse, keeps its code and message. `status` must not be OK.
 ErrorDetails DecodeStatus(const grpc::Status& status);
 
-// Throws Error unless `status` is OK.
+// Throws Error, or the class of its own that these details have.
+[[noreturn]] void Throw(ErrorDetails details);
+
+// Throws unless `status` is OK.
 void ThrowIfFailed(const grpc::Status& status);
+
+// Says how far the cloths of a session had come, if the session or a part of its past is lost.
+// `told_step`: the highest step of the last answer; 0: none.
+void AddLoss(uint64_t told_step, ErrorDetails* details);
 
 // A failure found by the client itself.
 Error LocalError(ErrorCode code, std::string reason, std::string message);

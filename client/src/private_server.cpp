@@ -178,6 +178,11 @@ void PrivateServer::WaitForPort(double timeout_s) {
   }
 }
 
+bool PrivateServer::has_ended() const {
+  const std::lock_guard lock(mutex_);
+  return exit_status_.has_value();
+}
+
 void PrivateServer::Stop() {
   if (keeper_.joinable()) {
     {

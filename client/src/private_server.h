@@ -33,6 +33,8 @@ class PrivateServer {
   // 127.0.0.1:PORT
   const std::string& address() const { return address_; }
   pid_t pid() const { return pid_; }
+  // By itself, or by somebody else.
+  bool has_ended() const;
 
  private:
   void Start(const std::filesystem::path& program, const SpawnOptions& options);

@@ -21,39 +21,7 @@ constexpr double kMaxRenewalTimeoutS = 2;
 constexpr double kDeleteTimeoutS = 2;
 constexpr uint32_t kClothsPerPage = 1000;
 
-// Shortens the deadline of a prepared request; `timeout_s` 0 leaves it.
-void LimitTime(grpc::ClientContext* context, double timeout_s) {
-  if (timeout_s <= 0) return;
-  const auto limit = std::chrono::system_clock::now() +
-                     std::chrono::milliseconds(static_cast<int64_t>(timeout_s * 1000));
-  context->set_deadline(std::min(context->deadline(), limit));
-}
-
-// One unary request of a session: fills in the session, sends, throws on failure.
-template <class Request, class Response>
-Response Call(const Connection& connection, const SessionRoute& route,
-              grpc::Status (v1::SimulationService::Stub::*method)(grpc::ClientContext*,
-                                                                  const Request&, Response*),
-              Request request) {
-  request.set_session(route.session);
-  grpc::ClientContext context;
-  connection.Prepare(&context, route);
-  Response response;
-  ThrowIfFailed((connection.stub.get()->*method)(&context, request, &response));
-  return response;
-}
-
-States Read(const Connection& connection, const SessionRoute& route,
-            v1::ReadStatesRequest request) {
-  request.set_session(route.session);
-  grpc::ClientContext context;
-  connection.Prepare(&context, route);
-  const auto reader = connection.stub->ReadStates(&context, request);
-  std::vector<v1::StateChunk> chunks;
-  for (v1::StateChunk chunk; reader->Read(&chunk);) chunks.push_back(std::move(chunk));
-  ThrowIfFailed(reader->Finish());
-  return States(std::move(chunks));
-}
+using Stub = v1::SimulationService::Stub;
 
 }  // namespace
 
@@ -70,7 +38,12 @@ Session::Impl::Impl(std::shared_ptr<Connection> shared_connection, const v1::Ses
 
 Session::Impl::~Impl() {
   StopRenewing();
-  if (is_owner) (void)Delete(kDeleteTimeoutS);  // otherwise the lease just expires
+  if (!is_owner) return;
+  try {
+    Delete(kDeleteTimeoutS);
+  } catch (const Error&) {
+    // Then its lease ends it.
+  }
 }
 
 void Session::Impl::StopRenewing() {
@@ -87,23 +60,39 @@ SessionRoute Session::Impl::Route() const {
   return {name, incarnation};
 }
 
-grpc::Status Session::Impl::Renew(double timeout_s, v1::Session* session) const {
-  grpc::ClientContext context;
-  connection->Prepare(&context, {name});
-  LimitTime(&context, timeout_s);
-  v1::RenewSessionRequest request;
-  request.set_name(name);
-  return connection->stub->RenewSession(&context, request, session);
+void Session::Impl::Send(bool is_repeatable,
+                         const std::function<grpc::Status(grpc::ClientContext*)>& once) const {
+  try {
+    connection->Send(Route(), is_repeatable, once);
+  } catch (const Error& error) {
+    ErrorDetails details = error.details();
+    AddLoss(*told_step, &details);
+    Throw(std::move(details));
+  }
 }
 
-grpc::Status Session::Impl::Delete(double timeout_s) const {
-  grpc::ClientContext context;
-  connection->Prepare(&context, {name});
-  LimitTime(&context, timeout_s);
+States Session::Impl::Read(v1::ReadStatesRequest request) const {
+  request.set_session(name);
+  std::vector<v1::StateChunk> chunks;
+  Send(/*is_repeatable=*/true, [&](grpc::ClientContext* context) {
+    chunks.clear();
+    const auto reader = connection->stub->ReadStates(context, request);
+    for (v1::StateChunk chunk; reader->Read(&chunk);) chunks.push_back(std::move(chunk));
+    return reader->Finish();
+  });
+  return States(std::move(chunks));
+}
+
+v1::Session Session::Impl::Renew(double timeout_s) const {
+  v1::RenewSessionRequest request;
+  request.set_name(name);
+  return connection->Call(*connection->stub, &Stub::RenewSession, request, {name}, timeout_s);
+}
+
+void Session::Impl::Delete(double timeout_s) const {
   v1::DeleteSessionRequest request;
   request.set_name(name);
-  v1::DeleteSessionResponse response;
-  return connection->stub->DeleteSession(&context, request, &response);
+  connection->Call(*connection->stub, &Stub::DeleteSession, request, {name}, timeout_s);
 }
 
 void Session::Impl::RenewLoop() {
@@ -111,12 +100,16 @@ void Session::Impl::RenewLoop() {
   std::unique_lock lock(mutex);
   while (!wake.wait_for(lock, interval, [this] { return !is_renewing; })) {
     lock.unlock();
-    v1::Session session;
-    const grpc::Status status = Renew(std::min(interval.count(), kMaxRenewalTimeoutS), &session);
+    std::optional<Error> failed;
+    try {
+      Renew(std::min(interval.count(), kMaxRenewalTimeoutS));
+    } catch (const Error& error) {
+      failed = error;
+    }
     lock.lock();
     // Any other error may be temporary: the next renewal tries again.
-    if (status.error_code() == grpc::StatusCode::NOT_FOUND) {
-      lease_error.emplace(DecodeStatus(status));
+    if (failed && failed->code() == ErrorCode::kNotFound) {
+      lease_error = std::move(failed);
       return;
     }
   }
@@ -132,9 +125,7 @@ const std::string& Session::name() const {
 }
 
 v1::Session Session::Renew() {
-  v1::Session session;
-  ThrowIfFailed(impl_->Renew(0, &session));
-  return session;
+  return impl_->Renew(0);
 }
 
 v1::Session Session::Reattach() {
@@ -156,7 +147,7 @@ void Session::Detach() {
 void Session::Delete() {
   impl_->StopRenewing();
   impl_->is_owner = false;
-  ThrowIfFailed(impl_->Delete(0));
+  impl_->Delete(0);
 }
 
 ClothId Session::CreateCloth(const v1::ClothSpec& spec) {
@@ -172,15 +163,13 @@ std::vector<ClothId> Session::CreateCloths(const v1::ClothSpec& spec, uint32_t c
 }
 
 v1::CreateClothsResponse Session::CreateCloths(v1::CreateClothsRequest request) {
-  return Call(*impl_->connection, impl_->Route(), &v1::SimulationService::Stub::CreateCloths,
-              std::move(request));
+  return impl_->Call(&Stub::CreateCloths, std::move(request));
 }
 
 v1::Cloth Session::GetCloth(ClothId cloth) const {
   v1::GetClothRequest request;
   request.set_cloth_id(cloth);
-  return Call(*impl_->connection, impl_->Route(), &v1::SimulationService::Stub::GetCloth,
-              std::move(request));
+  return impl_->Call(&Stub::GetCloth, std::move(request));
 }
 
 std::vector<v1::Cloth> Session::ListCloths() const {
@@ -188,9 +177,7 @@ std::vector<v1::Cloth> Session::ListCloths() const {
   v1::ListClothsRequest request;
   request.set_page_size(kClothsPerPage);
   do {
-    v1::ListClothsResponse page =
-        Call(*impl_->connection, impl_->Route(), &v1::SimulationService::Stub::ListCloths,
-             v1::ListClothsRequest(request));
+    v1::ListClothsResponse page = impl_->Call(&Stub::ListCloths, v1::ListClothsRequest(request));
     request.set_page_token(page.next_page_token());
     for (v1::Cloth& cloth : *page.mutable_cloths()) cloths.push_back(std::move(cloth));
   } while (!request.page_token().empty());
@@ -207,9 +194,7 @@ v1::ClothShape Session::UpdateCloths(std::span<const ClothId> cloths, const v1::
 }
 
 v1::ClothShape Session::UpdateCloths(v1::UpdateClothsRequest request) {
-  return Call(*impl_->connection, impl_->Route(), &v1::SimulationService::Stub::UpdateCloths,
-              std::move(request))
-      .shape();
+  return impl_->Call(&Stub::UpdateCloths, std::move(request)).shape();
 }
 
 void Session::DeleteCloths(std::span<const ClothId> cloths) {
@@ -219,8 +204,7 @@ void Session::DeleteCloths(std::span<const ClothId> cloths) {
 }
 
 void Session::DeleteCloths(v1::DeleteClothsRequest request) {
-  Call(*impl_->connection, impl_->Route(), &v1::SimulationService::Stub::DeleteCloths,
-       std::move(request));
+  impl_->Call(&Stub::DeleteCloths, std::move(request));
 }
 
 void Session::ResetCloths(std::span<const ClothId> cloths) {
@@ -236,8 +220,7 @@ void Session::ResetCloths() {
 }
 
 void Session::ResetCloths(v1::ResetClothsRequest request) {
-  Call(*impl_->connection, impl_->Route(), &v1::SimulationService::Stub::ResetCloths,
-       std::move(request));
+  impl_->Call(&Stub::ResetCloths, std::move(request));
 }
 
 v1::StepResponse Session::Step(uint32_t steps) {
@@ -248,12 +231,14 @@ v1::StepResponse Session::Step(uint32_t steps) {
 }
 
 v1::StepResponse Session::Step(v1::StepRequest request) {
-  return Call(*impl_->connection, impl_->Route(), &v1::SimulationService::Stub::Step,
-              std::move(request));
+  v1::StepResponse response = impl_->Call(&Stub::Step, std::move(request));
+  NoteSteps(response, *impl_->told_step);
+  return response;
 }
 
 StepStream Session::OpenStepStream() {
-  return StepStream(std::make_unique<StepStream::Impl>(impl_->connection, impl_->Route()));
+  return StepStream(
+      std::make_unique<StepStream::Impl>(impl_->connection, impl_->Route(), impl_->told_step));
 }
 
 RunStream Session::Run(v1::RunRequest::Start start) {
@@ -267,29 +252,26 @@ States Session::ReadStates(std::span<const ClothId> cloths, const v1::StateView&
   v1::ReadStatesRequest request;
   request.mutable_cloth_ids()->Add(cloths.begin(), cloths.end());
   *request.mutable_view() = view;
-  return Read(*impl_->connection, impl_->Route(), std::move(request));
+  return impl_->Read(std::move(request));
 }
 
 States Session::ReadStates(const v1::StateView& view) const {
   v1::ReadStatesRequest request;
   request.set_all_cloths(true);
   *request.mutable_view() = view;
-  return Read(*impl_->connection, impl_->Route(), std::move(request));
+  return impl_->Read(std::move(request));
 }
 
 void Session::WriteStates(v1::WriteStatesRequest request) {
-  Call(*impl_->connection, impl_->Route(), &v1::SimulationService::Stub::WriteStates,
-       std::move(request));
+  impl_->Call(&Stub::WriteStates, std::move(request));
 }
 
 v1::SaveStatesResponse Session::SaveStates(v1::SaveStatesRequest request) {
-  return Call(*impl_->connection, impl_->Route(), &v1::SimulationService::Stub::SaveStates,
-              std::move(request));
+  return impl_->Call(&Stub::SaveStates, std::move(request));
 }
 
 void Session::LoadStates(v1::LoadStatesRequest request) {
-  Call(*impl_->connection, impl_->Route(), &v1::SimulationService::Stub::LoadStates,
-       std::move(request));
+  impl_->Call(&Stub::LoadStates, std::move(request));
 }
 
 void Session::DropStates(const std::string& name) {
@@ -299,20 +281,17 @@ void Session::DropStates(const std::string& name) {
 }
 
 void Session::DropStates(v1::DropStatesRequest request) {
-  Call(*impl_->connection, impl_->Route(), &v1::SimulationService::Stub::DropStates,
-       std::move(request));
+  impl_->Call(&Stub::DropStates, std::move(request));
 }
 
 v1::Topology Session::ReadTopology(ClothId cloth) const {
   v1::ReadTopologyRequest request;
   request.set_cloth_id(cloth);
-  return Call(*impl_->connection, impl_->Route(), &v1::SimulationService::Stub::ReadTopology,
-              std::move(request));
+  return impl_->Call(&Stub::ReadTopology, std::move(request));
 }
 
 v1::RenderResponse Session::Render(v1::RenderRequest request) const {
-  return Call(*impl_->connection, impl_->Route(), &v1::SimulationService::Stub::Render,
-              std::move(request));
+  return impl_->Call(&Stub::Render, std::move(request));
 }
 
 StateStream Session::StreamStates(v1::StreamStatesRequest::Subscribe subscribe) const {

@@ -1,6 +1,8 @@
 // The implementations of the streams: one bidirectional gRPC call each.
 #pragma once
 
+#include <atomic>
+#include <cstdint>
 #include <memory>
 #include <mutex>
 #include <string>
@@ -10,6 +12,9 @@
 
 namespace drape {
 inline namespace client {
+
+// Keeps the highest step of an answer for errors that say what is lost.
+void NoteSteps(const v1::StepResponse& response, std::atomic<uint64_t>& told_step);
 
 // A bidirectional call. The reader asks for its status once, when nothing more comes.
 template <class Request, class Response>
@@ -57,9 +62,11 @@ struct BidirectionalCall {
 };
 
 struct StepStream::Impl : BidirectionalCall<v1::StepRequest, v1::StepResponse> {
-  Impl(std::shared_ptr<Connection> shared_connection, const SessionRoute& route);
+  Impl(std::shared_ptr<Connection> shared_connection, const SessionRoute& route,
+       std::shared_ptr<std::atomic<uint64_t>> shared_told_step);
 
   const std::string session;
+  const std::shared_ptr<std::atomic<uint64_t>> told_step;  // of the session
 };
 
 struct RunStream::Impl : BidirectionalCall<v1::RunRequest, v1::RunReport> {

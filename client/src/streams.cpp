@@ -1,5 +1,6 @@
 #include "drape/streams.h"
 
+#include <algorithm>
 #include <utility>
 #include <vector>
 
@@ -16,8 +17,16 @@ constexpr uint32_t kInitialCredit = 2;
 
 }  // namespace
 
-StepStream::Impl::Impl(std::shared_ptr<Connection> shared_connection, const SessionRoute& route)
-    : BidirectionalCall(std::move(shared_connection), route), session(route.session) {
+void NoteSteps(const v1::StepResponse& response, std::atomic<uint64_t>& told_step) {
+  if (response.steps().empty()) return;
+  told_step = *std::ranges::max_element(response.steps());
+}
+
+StepStream::Impl::Impl(std::shared_ptr<Connection> shared_connection, const SessionRoute& route,
+                       std::shared_ptr<std::atomic<uint64_t>> shared_told_step)
+    : BidirectionalCall(std::move(shared_connection), route),
+      session(route.session),
+      told_step(std::move(shared_told_step)) {
   stream = connection->stub->StepStream(&context);
 }
 
@@ -36,9 +45,15 @@ void StepStream::Write(v1::StepRequest request) {
 
 std::optional<v1::StepResponse> StepStream::Read() {
   v1::StepResponse response;
-  if (impl_->stream->Read(&response)) return response;
-  ThrowIfFailed(impl_->Finish());
-  return std::nullopt;
+  if (impl_->stream->Read(&response)) {
+    NoteSteps(response, *impl_->told_step);
+    return response;
+  }
+  const grpc::Status status = impl_->Finish();
+  if (status.ok()) return std::nullopt;
+  ErrorDetails details = DecodeStatus(status);
+  AddLoss(*impl_->told_step, &details);
+  Throw(std::move(details));
 }
 
 void StepStream::FinishWriting() {

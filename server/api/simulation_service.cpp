@@ -1,7 +1,12 @@
 #include "server/api/simulation_service.h"
 
 #include <google/protobuf/descriptor.h>
+#include <spdlog/fmt/chrono.h>
+#include <spdlog/fmt/fmt.h>
 
+#include <algorithm>
+#include <ctime>
+#include <string>
 #include <utility>
 
 namespace drape::api {
@@ -14,6 +19,25 @@ constexpr int64_t kRetryWhenUnread_ms = 200;
 ServiceContext WithBudget(ServiceContext context) {
   if (context.unread == nullptr) context.unread = MakeUnreadBudget(context.limits);
   return context;
+}
+
+// For a client that knows the session from an earlier run of the server.
+Status StateLost(const Session& session) {
+  uint64_t lowest = UINT64_MAX, highest = 0;
+  const Result<ClothList> cloths = session.FindCloths({});
+  for (const auto& cloth : cloths.ok() ? cloths.value() : ClothList()) {
+    const uint64_t step = cloth->runtime->progress().completed_steps;
+    lowest = std::min(lowest, step);
+    highest = std::max(highest, step);
+  }
+  const std::string steps =
+      lowest > highest ? "without cloths"
+                       : fmt::format("its cloths are now at steps {} to {}", lowest, highest);
+  const auto then = static_cast<std::time_t>(session.checkpoint_unix_s());
+  return {StatusCode::kFailedPrecondition, "STATE_LOST",
+          fmt::format("the server has started again: the session came back as it was at "
+                      "{:%Y-%m-%dT%H:%M:%SZ}, and what was done after that is lost; {}",
+                      fmt::gmtime(then), steps)};
 }
 
 // Among the methods of the service.
@@ -43,11 +67,12 @@ Caller ServiceContext::Identify(const grpc::CallbackServerContext& call) const {
 
 Result<SessionLease> ServiceContext::FindSession(const Caller& caller,
                                                  const std::string& session) const {
-  DRAPE_ASSIGN_OR_RETURN(SessionLease found, sessions.Find(session, caller.tenant));
+  Result<SessionLease> found = sessions.Find(session, caller.tenant);
   if (caller.incarnation.empty() || caller.incarnation == incarnation) return found;
-  return Status(StatusCode::kFailedPrecondition, "STATE_LOST",
-                "the server has started again: the session came back as it was at some moment "
-                "before, and what was done after that is lost");
+  if (found.ok()) return StateLost(**found);
+  if (found.status().reason() != "SESSION_NOT_FOUND") return found;
+  return Status(StatusCode::kNotFound, "SESSION_NOT_FOUND",
+                "no such session: the server has started again, and it did not come back");
 }
 
 SimulationService::SimulationService(ServiceContext context)

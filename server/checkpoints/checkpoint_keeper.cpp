@@ -135,6 +135,7 @@ Status CheckpointKeeper::RecoverSession(const std::string& bytes) {
   if (head.stamp.start > 0 && start_ > head.stamp.start) {
     head.session.issued.returns += start_ - head.stamp.start - 1;
   }
+  head.session.checkpoint_unix_s = head.stamp.written_unix_s;
   const api::StopReason never = [] { return Status::Ok(); };
   DRAPE_ASSIGN_OR_RETURN(SessionLease session, sessions_.Return(head.session));
   api::SnapshotTarget target{scheduler_.description(), limits_, never, session->maps(), false};

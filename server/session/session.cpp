@@ -33,16 +33,18 @@ Status QuotaExceeded(const std::string& limit, uint64_t maximum, uint64_t used, 
 Session::Session(std::shared_ptr<SessionCommons> commons, std::string name,
                  std::string display_name, double ttl_s, std::string tenant)
     : Session(std::move(commons), std::move(name), std::move(display_name), ttl_s,
-              std::move(tenant), IssuedIds{RandomOrigin(), {}}) {}
+              std::move(tenant), IssuedIds{RandomOrigin(), {}}, 0) {}
 
 Session::Session(std::shared_ptr<SessionCommons> commons, std::string name,
-                 std::string display_name, double ttl_s, std::string tenant, IssuedIds issued)
+                 std::string display_name, double ttl_s, std::string tenant, IssuedIds issued,
+                 double checkpoint_unix_s)
     : commons_(std::move(commons)),
       maps_(commons_->maps.Of(tenant)),
       name_(std::move(name)),
       display_name_(std::move(display_name)),
       ttl_s_(ttl_s),
       tenant_(std::move(tenant)),
+      checkpoint_unix_s_(checkpoint_unix_s),
       request_memory_(commons_->limits.requests, commons_->clock, commons_->remembered, owner()),
       map_quota_(std::make_shared<MapQuota>(commons_->limits.max_mesh_collider_bytes_per_session)),
       table_(std::move(issued)) {}

@@ -94,9 +94,9 @@ class Session : public std::enable_shared_from_this<Session> {
   // `tenant`: empty on a server without tokens.
   Session(std::shared_ptr<SessionCommons> commons, std::string name, std::string display_name,
           double ttl_s, std::string tenant = {});
-  // A session that was: it never issues one of these ids again.
+  // A session that was, and comes back as it was then: it never issues one of these ids again.
   Session(std::shared_ptr<SessionCommons> commons, std::string name, std::string display_name,
-          double ttl_s, std::string tenant, IssuedIds issued);
+          double ttl_s, std::string tenant, IssuedIds issued, double checkpoint_unix_s);
 
   const std::string& name() const { return name_; }
   const std::string& display_name() const { return display_name_; }
@@ -104,6 +104,8 @@ class Session : public std::enable_shared_from_this<Session> {
   // In whose name pools are shared: the tenant, or else the session.
   const std::string& owner() const { return tenant_.empty() ? name_ : tenant_; }
   double ttl_s() const { return ttl_s_; }
+  // When it was as it came back into this run of the server; 0: it was created here.
+  double checkpoint_unix_s() const { return checkpoint_unix_s_; }
   uint32_t cloth_count() const;     // quota in use
   uint64_t particle_count() const;  // quota in use
   uint64_t map_bytes() const { return map_quota_->used_bytes(); }
@@ -231,6 +233,7 @@ class Session : public std::enable_shared_from_this<Session> {
   const std::string display_name_;
   const double ttl_s_;
   const std::string tenant_;
+  const double checkpoint_unix_s_ = 0;
   RequestMemory request_memory_;
   const std::shared_ptr<MapQuota> map_quota_;
 

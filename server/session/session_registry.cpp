@@ -149,7 +149,8 @@ Result<SessionLease> SessionRegistry::Return(FormerSession former) {
     return Status::InvalidField("name", "is the name of another session, too");
   }
   return Insert(std::make_shared<Session>(commons_, former.name, former.display_name, former.ttl_s,
-                                          former.tenant, std::move(former.issued)));
+                                          former.tenant, std::move(former.issued),
+                                          former.checkpoint_unix_s));
 }
 
 std::vector<std::shared_ptr<Session>> SessionRegistry::All() const {

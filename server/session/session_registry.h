@@ -71,6 +71,7 @@ struct FormerSession {
   double ttl_s = 0;
   std::string tenant;
   IssuedIds issued;
+  double checkpoint_unix_s = 0;  // when it was as it comes back
 };
 
 struct ServerTotals {

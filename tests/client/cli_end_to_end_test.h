@@ -34,6 +34,7 @@ inline const std::vector<std::string> kSampleFields = {"step",
                                                        "iterations",
                                                        "max_residual_m",
                                                        "near_pairs",
+                                                       "smallest_distance_m",
                                                        "crossings",
                                                        "colliders",
                                                        "pins"};

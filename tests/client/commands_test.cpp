@@ -281,6 +281,8 @@ TEST_F(CommandsTest, EveryCommandHasHelpAndUsageErrors) {
   EXPECT_EQ(unknown.exit_code, 2);
   EXPECT_THAT(unknown.err, AllOf(HasSubstr("unknown command \"wobble\""), HasSubstr("run, demo")));
   EXPECT_EQ(RunProgram("drape", {"step", "--session=s"}).exit_code, 2) << "--server is required";
+  EXPECT_EQ(RunProgram("drape", {"info", "--server=127.0.0.1:1", "--tries=0"}).exit_code, 2);
+  EXPECT_EQ(RunProgram("drape", {"info", "--tries=1"}).exit_code, 2) << "of a private server";
 }
 
 TEST_F(CommandsTest, DemoPrintsATableAndNamesItsFiles) {

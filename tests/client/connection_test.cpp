@@ -50,6 +50,16 @@ class MadeUpService final : public v1::SimulationService::Service {
     return grpc::Status::OK;
   }
 
+  // The first `refused` ones are not answered.
+  grpc::Status GetSession(grpc::ServerContext*, const v1::GetSessionRequest*,
+                          v1::Session* session) override {
+    const std::lock_guard lock(mutex_);
+    if (++looks_ <= refused_) return {grpc::StatusCode::UNAVAILABLE, "not now"};
+    session->set_name("sessions/made-up");
+    session->set_ttl_s(1);
+    return grpc::Status::OK;
+  }
+
   grpc::Status GetServerInfo(grpc::ServerContext*, const v1::GetServerInfoRequest*,
                              v1::ServerInfo* info) override {
     info->set_device(std::string(kLargeBytes, 'x'));
@@ -59,6 +69,15 @@ class MadeUpService final : public v1::SimulationService::Service {
   v1::CreateSessionRequest created() {
     const std::lock_guard lock(mutex_);
     return created_;
+  }
+
+  void RefuseLooks(int count) {
+    const std::lock_guard lock(mutex_);
+    refused_ = looks_ + count;
+  }
+  int looks() {
+    const std::lock_guard lock(mutex_);
+    return looks_;
   }
 
   bool WaitForRenewals(int count) {
@@ -78,6 +97,8 @@ class MadeUpService final : public v1::SimulationService::Service {
   std::mutex mutex_;
   std::condition_variable changed_;
   v1::CreateSessionRequest created_;
+  int looks_ = 0;
+  int refused_ = 0;
   int renewals_ = 0;
   bool answers_renewals_ = false;
 };
@@ -113,6 +134,47 @@ TEST_F(ConnectionTest, RenewalsThatHangAreRepeatedAndDoNotHoldUpTheEnd) {
 
 TEST_F(ConnectionTest, TheServerBoundsItsAnswers) {
   EXPECT_EQ(client_->GetServerInfo().device().size(), kLargeBytes);
+}
+
+TEST_F(ConnectionTest, ARequestIsSentAgainWithinItsTries) {
+  ConnectOptions options;
+  options.retries.max_tries = 3;
+  options.retries.first_pause_s = 0.001;
+  const Client client = Client::Connect(client_->address(), options);
+  service_.RefuseLooks(2);
+  EXPECT_NO_THROW((void)client.AttachSession("sessions/made-up"));
+  EXPECT_EQ(service_.looks(), 3);
+  service_.RefuseLooks(3);
+  try {
+    (void)client.AttachSession("sessions/made-up");
+    FAIL() << "it was sent four times";
+  } catch (const Error& error) {
+    EXPECT_EQ(error.code(), ErrorCode::kUnavailable);
+    EXPECT_EQ(error.details().unanswered_tries, 2u);
+  }
+  EXPECT_EQ(service_.looks(), 6);
+}
+
+// A pause that does not fit into the time of the request is not begun.
+TEST_F(ConnectionTest, TheLimitOfTheRequestHoldsForAllItsTries) {
+  ConnectOptions options;
+  options.request_timeout_s = 60;
+  options.retries.first_pause_s = 600;
+  options.retries.max_pause_s = 600;
+  const Client client = Client::Connect(client_->address(), options);
+  service_.RefuseLooks(1);
+  EXPECT_THROW((void)client.AttachSession("sessions/made-up"), Error);
+  EXPECT_EQ(service_.looks(), 1);
+}
+
+TEST_F(ConnectionTest, ServersThatAreAwayAreAskedAFewTimesMore) {
+  ConnectOptions options;
+  options.retries.first_pause_s = options.retries.max_pause_s = 0.001;
+  const Client client = Client::Connect(client_->address(), options);
+  service_.RefuseLooks(1'000'000);
+  for (int k = 0; k < 60; ++k) EXPECT_THROW((void)client.AttachSession("s"), Error);
+  // 9 failures leave more than half of a budget of 20; the sixth one was the last of its request.
+  EXPECT_EQ(service_.looks(), 60 + 8);
 }
 
 TEST_F(ConnectionTest, AProxyIsNotAskedForThisMachine) {

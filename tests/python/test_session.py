@@ -1,4 +1,5 @@
 import gc
+import re
 import shutil
 import threading
 import time
@@ -85,6 +86,8 @@ def test_what_a_server_that_started_again_has_lost_is_told(restarted):
             with pytest.raises(drape.StateLost) as caught:
                 _again(ask)
             assert caught.value.reason == "STATE_LOST" and isinstance(caught.value, drape.FailedPrecondition)
+            assert caught.value.metadata["told_step"] == "3" and "at steps 3 to 3" in caught.value.message
+            assert re.search(r"as it was at 2\d\d\d-\d\d-\d\dT", caught.value.message)
         assert session.lease_error is None
         session.renew()  # the session is there; what it holds is not looked at
         with pytest.raises(drape.StateLost):
@@ -105,6 +108,8 @@ def test_a_session_that_did_not_come_back_is_lost(restarted):
         restarted.start()
         with pytest.raises(drape.SessionLost):
             _again(session.reattach)
+        with pytest.raises(drape.SessionLost, match="started again"):
+            session.list()
 
 
 def _again(ask):

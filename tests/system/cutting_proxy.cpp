@@ -64,12 +64,18 @@ void CuttingProxy::Loop() {
       ready.push_back({c.server, POLLIN, 0});
     }
     poll(ready.data(), ready.size(), kPoll_ms);
+    if (const size_t bytes = cut_once_after_.exchange(kNever); bytes != kNever) {
+      cuts_new_ones_ = false;
+      for (Connection& c : connections_) c = {c.client, c.server, c.target_port, bytes, 0, 0};
+    }
     size_t k = 1;
     for (auto c = connections_.begin(); c != connections_.end(); k += 2) {
       if (Pass(*c, ready[k].revents, ready[k + 1].revents)) {
         ++c;
         continue;
       }
+      sent_before_cut_ = c->sent;
+      received_before_cut_ = c->received;
       ++cuts_;
       close(c->client);
       if (c->server >= 0) close(c->server);
@@ -88,7 +94,8 @@ void CuttingProxy::Accept() {
   if (client < 0) return;
   SendAtOnce(client);
   std::uniform_real_distribution<double> size(std::log(least_bytes_), std::log(most_bytes_));
-  connections_.push_back({client, -1, 0, static_cast<size_t>(std::exp(size(random_)))});
+  const size_t bytes = cuts_new_ones_ ? static_cast<size_t>(std::exp(size(random_))) : kNever;
+  connections_.push_back({client, -1, 0, bytes, 0, 0});
 }
 
 int CuttingProxy::ConnectTo(int port) {
@@ -110,11 +117,13 @@ bool CuttingProxy::Pass(Connection& c, short client_events, short server_events)
     return c.server >= 0;
   }
   if (c.target_port != target_port_) return false;
-  if (client_events != 0 && !Move(c.client, c.server, c.bytes_left)) return false;
-  return server_events == 0 || Move(c.server, c.client, c.bytes_left);
+  if (client_events != 0 && !Move(c.client, c.server, c.bytes_left, c.sent)) {
+    return false;
+  }
+  return server_events == 0 || Move(c.server, c.client, c.bytes_left, c.received);
 }
 
-bool CuttingProxy::Move(int from, int into, size_t& bytes_left) {
+bool CuttingProxy::Move(int from, int into, size_t& bytes_left, size_t& moved) {
   char buffer[4096];
   const ssize_t count = recv(from, buffer, std::min(sizeof(buffer), bytes_left), 0);
   if (count <= 0) return false;
@@ -123,6 +132,7 @@ bool CuttingProxy::Move(int from, int into, size_t& bytes_left) {
     if (more <= 0) return false;
     sent += more;
   }
+  moved += static_cast<size_t>(count);
   bytes_left -= static_cast<size_t>(count);
   return bytes_left > 0;
 }

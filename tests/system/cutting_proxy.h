@@ -23,6 +23,11 @@ class CuttingProxy {
 
   // For new connections; those that exist are cut. 0: new ones wait until there is a target.
   void SetTarget(int port) { target_port_ = port; }
+  // Connections that exist are cut after so many bytes more; later ones are not cut.
+  void CutOnceAfter(size_t bytes) { cut_once_after_ = bytes; }
+  // Bytes of the connection that was cut last, since CutOnceAfter.
+  size_t sent_before_cut() const { return sent_before_cut_; }
+  size_t received_before_cut() const { return received_before_cut_; }
   std::string Address() const { return "127.0.0.1:" + std::to_string(port_); }
   int cuts() const { return cuts_; }
 
@@ -32,13 +37,16 @@ class CuttingProxy {
     int server = -1;  // -1: it waits for a target
     int target_port = 0;
     size_t bytes_left = 0;
+    size_t sent = 0;
+    size_t received = 0;
   };
+  static constexpr size_t kNever = SIZE_MAX;
 
   void Loop();
   void Accept();
   // False: it has ended, or is to be cut.
   bool Pass(Connection& connection, short client_events, short server_events) const;
-  static bool Move(int from, int into, size_t& bytes_left);
+  static bool Move(int from, int into, size_t& bytes_left, size_t& moved);
   static int ConnectTo(int port);
 
   const size_t least_bytes_;
@@ -50,6 +58,10 @@ class CuttingProxy {
   std::list<Connection> connections_;  // of the thread
   std::atomic<bool> is_over_ = false;
   std::atomic<int> cuts_ = 0;
+  std::atomic<size_t> cut_once_after_ = kNever;
+  bool cuts_new_ones_ = true;  // of the thread
+  std::atomic<size_t> sent_before_cut_ = 0;
+  std::atomic<size_t> received_before_cut_ = 0;
   std::thread thread_;
 };
 

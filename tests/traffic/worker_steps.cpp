@@ -99,7 +99,9 @@ void Worker::StepUntil(Operation operation) {
         answer = session.Step(request);
       } catch (const Error& error) {
         if (error.reason() != "STEP_MISMATCH") throw;
-        if (is_first) Complain("a cloth was not where it had been: " + std::string(error.what()));
+        // The library itself may have sent it before.
+        if (is_first && error.details().unanswered_tries == 0)
+          Complain("a cloth was not where it had been: " + std::string(error.what()));
         has_begun = true;
       }
     });

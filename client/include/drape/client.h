@@ -11,6 +11,7 @@
 // Every call that fails throws drape::Error (drape/error.h).
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
 #include <memory>
 #include <optional>
@@ -36,6 +37,27 @@ struct TlsOptions {
   std::filesystem::path key_file = {};
 };
 
+// What a connection sends again by itself: requests that got no answer, if they change nothing,
+// have a request_id, or are Steps with expected_step or until_step and without controls and resets;
+// and requests of any kind to which the server answers with the time after which to ask again.
+// Always within the limit of the request's time, and with the same request_id.
+struct RetryOptions {
+  // How often a request is sent at most, >= 1. 1: nothing is sent again.
+  uint32_t max_tries = 6;
+  // The pause after the first sending without an answer. Each further one is twice as long, at most
+  // max_pause_s [s], and all are up to a fifth longer or shorter by chance.
+  double first_pause_s = 0.1;
+  double max_pause_s = 2;
+  // Each failure takes 1 from the connection's budget, each answer gives 0.1 back; at half of it
+  // and below nothing is sent again. So a server that is away gets few requests more than it would
+  // get without.
+  double budget = 20;
+  // Gives a request_id to everything that changes cloths or saved states and has none, streams left
+  // out, so that it can be sent again, too. Then the server completes Steps whose client has
+  // vanished, keeps answers for a while, and bounds how many ids a session uses (ServerInfo).
+  bool gives_request_ids = false;
+};
+
 // Options of a connection.
 struct ConnectOptions {
   // Longest wait until the server answers, > 0.
@@ -48,6 +70,7 @@ struct ConnectOptions {
   // The tenant's token, for servers that want one. Give it only together with TLS, or to a server
   // of this machine: whoever reads it is the tenant.
   std::string token = {};
+  RetryOptions retries = {};
 };
 
 // Options of a private server.

@@ -1,8 +1,9 @@
-// The one exception of the client library.
+// The exceptions of the client library.
 #pragma once
 
 #include <chrono>
 #include <cstddef>
+#include <cstdint>
 #include <map>
 #include <memory>
 #include <optional>
@@ -59,6 +60,9 @@ struct ErrorDetails {
   std::vector<std::string> quotas;
   // Time to wait before a repetition; unset if waiting does not help.
   std::optional<std::chrono::milliseconds> retry_after;
+  // Sendings of the same request before the last one that had no answer: they may have been done.
+  // See RetryOptions.
+  uint32_t unanswered_tries = 0;
 };
 
 // Thrown by every call of the library that fails: refusals of the server, failed transport, and bad
@@ -74,6 +78,21 @@ class Error : public std::runtime_error {
 
  private:
   std::shared_ptr<const ErrorDetails> details_;  // copying an exception must not throw
+};
+
+// The session does not exist, or its lease is over: everything in it is lost. Of a session that had
+// been stepped, the metadata has `told_step`, the highest step of the last answer to a Step.
+class SessionLost : public Error {
+ public:
+  using Error::Error;
+};
+
+// The server has started again and holds the session as it was when its last checkpoint was
+// written; nothing is done before Session::Reattach. The message says when that was and at which
+// steps the cloths are now, and the metadata has `told_step` as above.
+class StateLost : public Error {
+ public:
+  using Error::Error;
 };
 
 }  // namespace client

@@ -122,8 +122,9 @@ def test_one_step_per_step(make, monkeypatch):
     env = make()
     env.reset(seed=1)
     calls = []
-    run = env.cloths._connection._do
-    monkeypatch.setattr(env.cloths._connection, "_do", lambda call: calls.append(call.method) or run(call))
+    run = env.cloths._connection._ask
+    monkeypatch.setattr(env.cloths._connection, "_ask",
+                        lambda of, call, tries: calls.append(call.method) or run(of, call, tries))
     hold = np.tile(np.float32([0.1, -0.2, 0.3, 1]), (NUM, 2))
     for _ in range(3):
         env.step(hold)

@@ -22,6 +22,7 @@ from .errors import (Aborted, Cancelled, DeadlineExceeded, Error, FailedPrecondi
                      Unimplemented)
 from .pipeline import Pipeline
 from .private_server import find_server
+from .retries import Retries
 from .session import Session
 from .states import POSITIONS, POSITIONS_AND_VELOCITIES, VELOCITIES, Answer, Impulses, States, pack
 from .streams import Frame, Frames, Run

@@ -20,10 +20,11 @@ import grpc.aio
 from . import errors, states, v1
 from .client import ClientBase
 from .cloths import ClothsBase
-from .connection import ConnectionBase, channel_options, credentials
+from .connection import ConnectionBase, channel_options, credentials, iter_of_many
 from .operations import Operation, P, R, Route, Unary, named
 from .pipeline import PipelineBase
 from .private_server import PrivateServer
+from .retries import Retries
 from .rollout import awaited_rollout
 from .session import _LAST_CALL_S, _RENEWALS_PER_LEASE, SessionBase, iter_of
 from .streams import Frame, FramesBase, RunBase
@@ -38,8 +39,9 @@ def _awaiting(operation: Callable[P, Operation[R]]) -> Callable[P, Awaitable[R]]
 
 
 class _Connection(ConnectionBase):
-    def __init__(self, address, tls=False, timeout_s=None, server=None, token=None, certificate=None):
-        super().__init__(address, timeout_s, server, token)
+    def __init__(self, address, tls=False, timeout_s=None, server=None, token=None, certificate=None,
+                 retries=Retries()):
+        super().__init__(address, timeout_s, server, token, retries)
         options, secure = channel_options(address), credentials(tls, certificate)
         self.channel = (grpc.aio.insecure_channel(address, options) if secure is None
                         else grpc.aio.secure_channel(address, secure, options))
@@ -48,28 +50,40 @@ class _Connection(ConnectionBase):
         try:
             call = operation.send(None)
             while True:
+                of, tries = self._begin(call)
                 try:
-                    answer = await self._do(call)
-                except grpc.RpcError as error:
-                    call = operation.throw(self.error_of(error))
+                    answer = await self._ask(of, call, tries)
+                except errors.Error as error:
+                    call = operation.throw(error)
                 else:
                     call = operation.send(answer)
         except StopIteration as done:
             return done.value
 
-    async def _do(self, call):
-        of = self.call_of(call.method)
-        timeout_s = self.timeout_s if call.timeout_s is None else call.timeout_s
-        under_way = of(call.request, timeout=timeout_s, metadata=self.metadata_of(call.route))
+    async def _ask(self, of, call, tries):
         sink = getattr(call, "sink", None)
-        if sink is None:
-            return await under_way
+        request = call.request
+        while True:
+            try:
+                answer = (await self._sending(of, call, tries, iter_of_many(request)) if sink is None
+                          else await self._read(of, call, tries, request))
+                self._budget.refill()
+                return answer
+            except grpc.RpcError as error:
+                pause_s = self._failed(error, call, tries)
+            await asyncio.sleep(pause_s)
+            if sink is not None and call.rest is not None:
+                request = call.rest()
+
+    async def _read(self, of, call, tries, request):
+        under_way = self._sending(of, call, tries, request)
         try:
             async for answer in under_way:
-                sink(answer)
+                call.sink(answer)
+                if call.rest is not None:
+                    tries.has_brought_something()
         finally:
             under_way.cancel()
-        return None
 
     async def close(self):
         if self.closed or os.getpid() != self._pid:
@@ -102,7 +116,7 @@ class Pipeline(PipelineBase):
             response = await self._answers.read()
         except grpc.RpcError as error:
             self._give_up()
-            raise self._cloths._connection.error_of(error) from None
+            raise self._cloths._connection.error_of(error, self._cloths._session._route) from None
         if response is grpc.aio.EOF:
             raise self._ended()
         return self._arrived(response)
@@ -269,6 +283,7 @@ class Session(SessionBase):
     async def close(self):
         """Deletes it on the server, if it was created here. May be called again."""
         self._renewal.cancel()
+        self._connection.told_steps.pop(self.name, None)
         if not self._is_owner or self._connection.closed:
             return
         self._is_owner = False
@@ -317,12 +332,15 @@ async def _open(connection, ready_timeout_s):
     return client
 
 
-async def connect(address, *, tls=False, certificate=None, token=None, timeout_s=None, ready_timeout_s=5.0) -> Client:
+async def connect(address, *, tls=False, certificate=None, token=None, timeout_s=None, ready_timeout_s=5.0,
+                  retries: Retries | None = Retries()) -> Client:
     """See `drape.connect`."""
-    return await _open(_Connection(address, tls, timeout_s, token=token, certificate=certificate), ready_timeout_s)
+    return await _open(_Connection(address, tls, timeout_s, token=token, certificate=certificate, retries=retries),
+                       ready_timeout_s)
 
 
-async def launch(backend="auto", *, program=None, flags=(), ready_timeout_s=60.0, timeout_s=None) -> Client:
+async def launch(backend="auto", *, program=None, flags=(), ready_timeout_s=60.0, timeout_s=None,
+                 retries: Retries | None = Retries()) -> Client:
     """See `drape.launch`."""
     server = await asyncio.to_thread(PrivateServer, backend, program, flags, ready_timeout_s)
-    return await _open(_Connection(server.address, timeout_s=timeout_s, server=server), ready_timeout_s)
+    return await _open(_Connection(server.address, timeout_s=timeout_s, server=server, retries=retries), ready_timeout_s)

@@ -14,6 +14,7 @@ from ._version import __version__
 from .connection import HEALTH, Connection
 from .operations import Operation, Route, Unary, blocking
 from .private_server import PrivateServer
+from .retries import Retries
 from .session import Session
 
 _SESSIONS_PER_PAGE = 1000
@@ -126,25 +127,28 @@ class Client(ClientBase):
 
 
 def connect(address: str, *, tls: bool | bytes | str = False, certificate: tuple | None = None,
-            token: str | None = None, timeout_s: float | None = None, ready_timeout_s: float = 5.0) -> Client:
+            token: str | None = None, timeout_s: float | None = None, ready_timeout_s: float = 5.0,
+            retries: Retries | None = Retries()) -> Client:
     """Connects to a server at HOST:PORT and waits until it answers.
 
     tls: False (only for servers of this machine and of private networks), True (certificates of the system), or the
     certificates to trust: PEM bytes, or a file. certificate: this client's own chain and key, each PEM bytes or a file,
     for servers that ask for it. token: the tenant's, for servers that want one; give it only together
     with TLS, or to a server of this machine. timeout_s: limit of every single request; None: none.
+    retries: what is sent again when a connection fails; None: nothing.
     Raises Unavailable (CANNOT_CONNECT), Unauthenticated (INVALID_TOKEN), FailedPrecondition (TLS_FILE_FAILED).
     """
-    return Client(Connection(address, tls, timeout_s, token=token, certificate=certificate), ready_timeout_s)
+    return Client(Connection(address, tls, timeout_s, token=token, certificate=certificate, retries=retries),
+                  ready_timeout_s)
 
 
 def launch(backend: str = "auto", *, program: str | None = None, flags=(), ready_timeout_s: float = 60.0,
-           timeout_s: float | None = None) -> Client:
+           timeout_s: float | None = None, retries: Retries | None = Retries()) -> Client:
     """Starts a private server on a free port of this machine; it ends with the client, and with this process, however
     that ends.
 
     backend: "auto", "gl", "cpu" or "reference". program: the server; None: see `drape.find_server`. flags: further ones
-    for it, e.g. ["--threads=4"]. Raises NotFound (NO_SERVER_PROGRAM), Unavailable with the end of the server's log.
+    for it, e.g. ["--threads=4"]. timeout_s, retries: see `connect`. Raises NotFound (NO_SERVER_PROGRAM), Unavailable with the end of the server's log.
     """
     server = PrivateServer(backend, program, flags, ready_timeout_s)
-    return Client(Connection(server.address, timeout_s=timeout_s, server=server), ready_timeout_s)
+    return Client(Connection(server.address, timeout_s=timeout_s, server=server, retries=retries), ready_timeout_s)

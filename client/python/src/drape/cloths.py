@@ -222,14 +222,19 @@ class ClothsBase(Controls):
             raise errors.bad_field("ids", "no cloth is named")
         name = f"snapshot-{uuid.uuid4().hex}"
         route, pieces = self._session._route, []
-        request = v1.SaveStatesRequest(session=route.session, name=name)
+        # With ids, so that cuts do no harm: nobody else has the name.
+        request = v1.SaveStatesRequest(session=route.session, name=name, request_id=name)
         columns.fill(request, {"cloth_ids": self._ids_list(rows)})
         yield Unary("SaveStates", request, route)
+
+        def rest():
+            return v1.ExportClothsRequest(session=route.session, name=name, offset=sum(map(len, pieces)))
+
         try:
-            yield Reading("ExportCloths", v1.ExportClothsRequest(session=route.session, name=name), route,
-                          lambda chunk: pieces.append(chunk.data))
+            yield Reading("ExportCloths", rest(), route, lambda chunk: pieces.append(chunk.data), rest=rest)
         finally:
-            yield Unary("DropStates", v1.DropStatesRequest(session=route.session, name=name), route)
+            yield Unary("DropStates", v1.DropStatesRequest(session=route.session, name=name, request_id=f"drop-{name}"),
+                        route)
         return b"".join(pieces)
 
     def _topology(self, row: int = 0) -> Operation[topology.Topology]:
@@ -364,6 +369,8 @@ class ClothsBase(Controls):
             self.faulted[[self._row_of[cloth] for cloth in response.faulted_cloth_ids]] = True
             answer.faulted = self.faulted[every]
         self.timing = response.timing
+        if len(every):
+            self._connection.told_steps[self._session.name] = int(answer.step_count.max())
         if request.grip_states:
             answer.grips = states.Grips.of(response.grips, len(every))
         if request.impulses:

@@ -4,12 +4,15 @@ from __future__ import annotations
 
 import os
 import pathlib
+import time
 
 import grpc
 import grpc.experimental
 from google.protobuf import wrappers_pb2
+from google.protobuf.message import Message
 
 from . import errors, memory, v1
+from .retries import Budget, Retries, Tries, give_id
 
 SESSION_HEADER = "x-drape-session"
 # A server that came back from its checkpoints refuses requests that know an earlier run of it.
@@ -57,10 +60,13 @@ def credentials(tls, certificate=None):
 class ConnectionBase:
     """What both transports share. `server` is the private one, if any: it lives as long as the connection."""
 
-    def __init__(self, address, timeout_s, server, token):
+    def __init__(self, address, timeout_s, server, token, retries):
         self.address = address
         self.timeout_s = timeout_s
         self.server = server
+        self._retries = Retries(tries=1) if retries is None else retries
+        self._budget = Budget(self._retries.budget)
+        self.told_steps = {}  # the highest step of the last answer to a step of each session
         self.closed = False
         self._pid = os.getpid()
         self._calls = {}
@@ -97,18 +103,51 @@ class ConnectionBase:
             self._metadata[route] = (*session, *incarnation, *self._secrets)
         return self._metadata[route]
 
-    def error_of(self, rpc_error):
+    def error_of(self, rpc_error, route=None):
         error = errors.from_rpc(rpc_error)
         if isinstance(error, errors.Unavailable) and self.server is not None:
             error.message += self.server.why_not()
+        told = None if route is None else self.told_steps.get(route.session)
+        if told is not None and isinstance(error, (errors.SessionLost, errors.StateLost)):
+            error.metadata["told_step"] = str(told)
+            error.message += f"; the last answer to a step was about step {told}"
         return error
+
+    # What both kinds of `ask` do around a sending.
+
+    def _begin(self, call):
+        """The grpc callable, and the tries of the call."""
+        of = self.call_of(call.method)
+        if self._retries.request_ids:
+            give_id(call.request)
+        timeout_s = self.timeout_s if call.timeout_s is None else call.timeout_s
+        return of, Tries(self._retries, self._budget, call, timeout_s)
+
+    def _sending(self, of, call, tries, request):
+        return of(request, timeout=tries.left_s(), metadata=self.metadata_of(call.route))
+
+    def _failed(self, rpc_error, call, tries):
+        """After a sending that failed: how long to wait before the next one. Raises if there is none."""
+        error = self.error_of(rpc_error, call.route)
+        error.unanswered_tries = tries.unanswered
+        is_over = self.server is not None and self.server.has_ended()
+        pause_s = None if is_over or self.closed else tries.pause_after(error)
+        if pause_s is None:
+            raise error
+        return pause_s
+
+
+def iter_of_many(request):
+    """A message as it is; of several, which is to be sent once more perhaps, an iterator from the first one on."""
+    return request if isinstance(request, Message) else iter(request)
 
 
 class Connection(ConnectionBase):
     """The transport that waits. Safe to use from several threads."""
 
-    def __init__(self, address, tls=False, timeout_s=None, server=None, token=None, certificate=None):
-        super().__init__(address, timeout_s, server, token)
+    def __init__(self, address, tls=False, timeout_s=None, server=None, token=None, certificate=None,
+                 retries=Retries()):
+        super().__init__(address, timeout_s, server, token, retries)
         options = channel_options(address)
         # A stream of answers is read by the thread that asks for it, without another one.
         options.append((grpc.experimental.ChannelOptions.SingleThreadedUnaryStream, 1))
@@ -121,28 +160,40 @@ class Connection(ConnectionBase):
         try:
             call = operation.send(None)
             while True:
+                of, tries = self._begin(call)
                 try:
-                    answer = self._do(call)
-                except grpc.RpcError as error:
-                    call = operation.throw(self.error_of(error))
+                    answer = self._ask(of, call, tries)
+                except errors.Error as error:
+                    call = operation.throw(error)
                 else:
                     call = operation.send(answer)
         except StopIteration as done:
             return done.value
 
-    def _do(self, call):
-        of = self.call_of(call.method)
-        timeout_s = self.timeout_s if call.timeout_s is None else call.timeout_s
+    def _ask(self, of, call, tries):
         sink = getattr(call, "sink", None)
-        if sink is None:
-            return of(call.request, timeout=timeout_s, metadata=self.metadata_of(call.route))
-        answers = of(call.request, timeout=timeout_s, metadata=self.metadata_of(call.route))
+        request = call.request
+        while True:
+            try:
+                answer = (self._sending(of, call, tries, iter_of_many(request)) if sink is None
+                          else self._read(of, call, tries, request))
+                self._budget.refill()
+                return answer
+            except grpc.RpcError as error:
+                pause_s = self._failed(error, call, tries)
+            time.sleep(pause_s)
+            if sink is not None and call.rest is not None:
+                request = call.rest()
+
+    def _read(self, of, call, tries, request):
+        answers = self._sending(of, call, tries, request)
         try:
             for answer in answers:
-                sink(answer)
+                call.sink(answer)
+                if call.rest is not None:
+                    tries.has_brought_something()
         finally:
             answers.cancel()  # does nothing once all have come
-        return None
 
     def close(self):
         """Ends the connection, and the private server. May be called again."""

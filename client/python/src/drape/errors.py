@@ -26,12 +26,14 @@ class Error(Exception):
 
     code: canonical name, e.g. "INVALID_ARGUMENT". reason: a constant word for programs, e.g. "SESSION_EXPIRED"; ""
     where the transport failed. message: for people. fields: every bad field. quotas: the exhausted ones. retry_after_s:
-    the time to wait before a repetition, None if waiting does not help.
+    the time to wait before a repetition, None if waiting does not help. unanswered_tries: sendings of the same request
+    before the last one that had no answer: they may have been done.
     """
 
     code = "UNKNOWN"
 
-    def __init__(self, message="", *, reason="", fields=(), quotas=(), retry_after_s=None, metadata=None, code=None):
+    def __init__(self, message="", *, reason="", fields=(), quotas=(), retry_after_s=None, metadata=None, code=None,
+                 unanswered_tries=0):
         super().__init__(message)
         self.code = code or type(self).code
         self.message = message
@@ -40,17 +42,20 @@ class Error(Exception):
         self.quotas = tuple(quotas)
         self.retry_after_s = retry_after_s
         self.metadata = dict(metadata or {})
+        self.unanswered_tries = unanswered_tries
 
     def __str__(self):
         text = f"{self.reason or self.code}: {self.message}"
         for field, description in self.fields:
             if f"{field}: {description}" not in self.message:  # a message may be its only field
                 text += f"; {field}: {description}"
+        if self.unanswered_tries:
+            text += f"; sent {self.unanswered_tries} times before without an answer: it may have been done"
         return text
 
     def __reduce__(self):
         return _rebuild, (type(self), self.message, self.reason, self.fields, self.quotas, self.retry_after_s,
-                          self.metadata, self.code)
+                          self.metadata, self.code, self.unanswered_tries)
 
 
 class InvalidArgument(Error, ValueError):
@@ -66,7 +71,8 @@ class NotFound(Error, LookupError):
 
 
 class SessionLost(NotFound):
-    """The session does not exist, or its lease is over. Its cloths are gone with it."""
+    """The session does not exist, or its lease is over. Its cloths are gone with it. metadata: `told_step`, the highest
+    step of the last answer to a step, if there was one."""
 
 
 class FailedPrecondition(Error):
@@ -77,7 +83,8 @@ class FailedPrecondition(Error):
 
 class StateLost(FailedPrecondition):
     """The server started again, and holds the session as it was in its last checkpoint. Nothing has been done, nor will
-    be before `session.reattach()`."""
+    be before `session.reattach()`. The message says when that was, and at which steps the cloths are now. metadata:
+    `told_step`, as of SessionLost."""
 
 
 class Aborted(Error):
@@ -134,9 +141,9 @@ _CLASSES = {cls.code: cls for cls in (InvalidArgument, NotFound, FailedPrecondit
 _CLASSES["PERMISSION_DENIED"] = Unauthenticated
 
 
-def _rebuild(cls, message, reason, fields, quotas, retry_after_s, metadata, code):
+def _rebuild(cls, message, reason, fields, quotas, retry_after_s, metadata, code, unanswered_tries):
     return cls(message, reason=reason, fields=fields, quotas=quotas, retry_after_s=retry_after_s, metadata=metadata,
-               code=code)
+               code=code, unanswered_tries=unanswered_tries)
 
 
 def bad_field(field, description):

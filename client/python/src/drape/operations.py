@@ -23,7 +23,7 @@ class Route(NamedTuple):
 
 
 class Unary(NamedTuple):
-    """One request, or an iterator of them for a method that takes a stream; one answer, which the generator is sent."""
+    """One request, or an iterable of them for a method that takes a stream; one answer, which the generator is sent."""
 
     method: str
     request: Any
@@ -32,13 +32,15 @@ class Unary(NamedTuple):
 
 
 class Reading(NamedTuple):
-    """One request, a stream of answers, each of which is given to `sink`."""
+    """One request, a stream of answers, each of which is given to `sink`. rest: the request for what has not come, when
+    the stream was cut; None: all of it comes again."""
 
     method: str
     request: Any
     route: Route
     sink: Callable[[Any], None]
     timeout_s: float | None = None
+    rest: Callable[[], Any] | None = None
 
 
 Operation = Generator[Any, Any, R]

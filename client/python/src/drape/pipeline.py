@@ -90,7 +90,7 @@ class Pipeline(PipelineBase):
             raise self._ended() from None
         except grpc.RpcError as error:
             self._give_up()
-            raise self._cloths._connection.error_of(error) from None
+            raise self._cloths._connection.error_of(error, self._cloths._session._route) from None
         return self._arrived(response)
 
     def __enter__(self) -> Pipeline:

@@ -81,6 +81,10 @@ class PrivateServer:
         """SIGTERM; SIGKILL 8 s later. May be called again."""
         self._stop()
 
+    def has_ended(self):
+        """By itself, or by somebody else."""
+        return self._process.poll() is not None
+
     def why_not(self):
         """For an error message: how the server ended and the end of its log; "" while it runs."""
         try:

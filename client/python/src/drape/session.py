@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 import threading
 import weakref
 from typing import Any
@@ -112,10 +111,7 @@ class SessionBase:
         Raises InvalidArgument (SNAPSHOT_DAMAGED), FailedPrecondition (OTHER_BUILD, SNAPSHOT_TOO_NEW)."""
         begin = v1.ImportClothsRequest.Begin(session=self.name, inexact=inexact, total_bytes=len(snapshot),
                                               request_id=request_id)
-        pieces = (v1.ImportClothsRequest(data=snapshot[at:at + _PIECE_BYTES])
-                  for at in range(0, len(snapshot), _PIECE_BYTES))
-        requests = itertools.chain([v1.ImportClothsRequest(begin=begin)], pieces)
-        response = yield Unary("ImportCloths", requests, self._route)
+        response = yield Unary("ImportCloths", _Import(begin, snapshot), self._route)
         return (yield from self._attach(list(response.cloth_ids), spec))
 
     def _list(self) -> Operation[list[v1.Cloth]]:
@@ -139,6 +135,27 @@ class SessionBase:
         if it did not come back."""
         message = yield Unary("RenewSession", v1.RenewSessionRequest(name=self.name), Route(self.name))
         self._route = Route(self.name, message.incarnation)
+
+
+class _Import:
+    """The messages of ImportCloths, from the first one on each time. Their id is that of the first one."""
+
+    def __init__(self, begin, snapshot):
+        self._begin = begin
+        self._snapshot = snapshot
+
+    def __iter__(self):
+        yield v1.ImportClothsRequest(begin=self._begin)
+        for at in range(0, len(self._snapshot), _PIECE_BYTES):
+            yield v1.ImportClothsRequest(data=self._snapshot[at:at + _PIECE_BYTES])
+
+    @property
+    def request_id(self):
+        return self._begin.request_id
+
+    @request_id.setter
+    def request_id(self, value):
+        self._begin.request_id = value
 
 
 def iter_of(call):
@@ -187,6 +204,7 @@ class Session(SessionBase):
 
 def _end(connection, name, lease, is_owner):
     lease.stop()
+    connection.told_steps.pop(name, None)
     if not is_owner or connection.closed:
         return
     try:

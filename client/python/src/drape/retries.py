@@ -1,0 +1,123 @@
+"""Which requests are sent again when they got no answer, when, and how often."""
+
+from __future__ import annotations
+
+import dataclasses
+import random
+import threading
+import time
+import uuid
+
+from . import errors
+
+# Requests that change nothing, or the same however often they are done.
+_IDEMPOTENT = frozenset(("GetServerInfo", "Check", "GetSession", "ListSessions", "RenewSession", "GetCloth", "ListCloths",
+                         "ReadStates", "ReadTopology", "Render", "ExportCloths"))
+# Parts of a Step that would be applied once more, whatever its guards say.
+_APPLIED = ("pin_controls", "rest_length_controls", "rest_length_scales", "collider_controls", "grip_controls", "resets")
+# As gRPC throttles its own retries (A6): an answer makes up for a tenth of a failure.
+_REFILL = 0.1
+# Pauses are longer or shorter by up to this part, so that clients of one server do not all come back at once.
+_JITTER = 0.2
+
+
+@dataclasses.dataclass(frozen=True)
+class Retries:
+    """What a connection sends again by itself: requests that got no answer, if they change nothing, have a request id,
+    or are steps with `expected` or `until` and without controls; and requests of any kind to which the server answers
+    with the time after which to ask again. Always within `timeout_s` of the request, with the same request id.
+
+    tries: how often a request is sent at most, >= 1. first_pause_s: after the first sending without an answer; each
+    further one is twice as long, at most max_pause_s. budget: each failure takes 1 from the connection's budget, each
+    answer gives 0.1 back; at half of it and below nothing is sent again. request_ids: give one to everything that
+    changes cloths or saved states and has none, pipelines left out, so that it can be sent again, too.
+    """
+
+    tries: int = 6
+    first_pause_s: float = 0.1
+    max_pause_s: float = 2.0
+    budget: float = 20.0
+    request_ids: bool = False
+
+
+class Budget:
+    """What a connection may spend on sending again. Safe to use from several threads."""
+
+    def __init__(self, size):
+        self._size = self._left = size
+        self._lock = threading.Lock()
+
+    def refill(self):
+        """A request got its answer."""
+        if self._left < self._size:
+            with self._lock:
+                self._left = min(self._size, self._left + _REFILL)
+
+    def take(self):
+        """A request failed. True: something may be sent again."""
+        with self._lock:
+            self._left = max(0, self._left - 1)
+            return self._left > self._size / 2
+
+
+def is_repeatable(call):
+    """It does no harm if the call arrives twice: it changes nothing, or the server knows it again."""
+    if call.method in _IDEMPOTENT or getattr(call.request, "request_id", ""):
+        return True
+    request = call.request
+    return (call.method == "Step" and (request.HasField("expected_step") or request.HasField("until_step"))
+            and not any(request.HasField(name) for name in _APPLIED))
+
+
+def give_id(request):
+    """An id of its own, if it can have one and has none."""
+    if getattr(request, "request_id", None) == "":
+        request.request_id = uuid.uuid4().hex
+
+
+class Tries:
+    """The sendings of one call. timeout_s: of all of them together; None: no limit."""
+
+    def __init__(self, options, budget, call, timeout_s):
+        self._options = options
+        self._budget = budget
+        self._call = call
+        self._end = None if timeout_s is None else time.monotonic() + timeout_s
+        self._sent = 0  # without those that found an earlier one under way
+        self._pauses = 0
+        self.unanswered = 0  # about which nobody knows whether they were done
+
+    def left_s(self):
+        """The time of the next sending."""
+        return None if self._end is None else max(0, self._end - time.monotonic())
+
+    def has_brought_something(self):
+        """The next sending goes on where this one was cut."""
+        self._sent = self._pauses = 0
+
+    def pause_after(self, error):
+        """How long to wait before the next sending; None: there is none, and the call ends with this error."""
+        pause_s = self._pause_after(error)
+        if pause_s is None or (self._end is not None and time.monotonic() + pause_s >= self._end):
+            return None
+        return pause_s
+
+    def _pause_after(self, error):
+        options, asked_s = self._options, error.retry_after_s
+        # The server is at it: the answer takes as long as it would have taken the first sending.
+        if asked_s is not None and error.reason == "REQUEST_IN_PROGRESS" and options.tries > 1:
+            return asked_s * random.uniform(1, 1 + _JITTER)
+        if asked_s is None and not isinstance(error, errors.Unavailable):
+            return None
+        is_within_budget = self._budget.take()
+        self._sent += 1
+        if self._sent >= options.tries or not is_within_budget:
+            return None
+        if asked_s is not None:  # who asks to wait has done nothing, so that any request may be sent again
+            return asked_s * random.uniform(1, 1 + _JITTER)
+        if not is_repeatable(self._call):
+            return None
+        self.unanswered += 1
+        nominal_s = min(options.max_pause_s, options.first_pause_s * 2 ** self._pauses)
+        self._pauses += 1
+        return nominal_s * random.uniform(1 - _JITTER, 1 + _JITTER)

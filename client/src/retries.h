@@ -1,0 +1,107 @@
+// Which requests are sent again when they got no answer, when, and how often.
+#pragma once
+
+#include <grpcpp/support/status.h>
+
+#include <atomic>
+#include <chrono>
+#include <cstdint>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <type_traits>
+
+#include "drape/client.h"
+#include "drape/error.h"
+#include "drape/v1/simulation_service.pb.h"
+
+namespace drape {
+inline namespace client {
+
+// What a connection may spend on sending again: RetryOptions::budget. Without it a server that is
+// away, or has too much to do, would get every request several times. Thread-safe.
+class RetryBudget {
+ public:
+  explicit RetryBudget(double size) : size_(size), left_(size) {}
+
+  // A request got its answer.
+  void Refill();
+  // A request failed. True: something may be sent again.
+  bool Take();
+
+ private:
+  const double size_;
+  std::mutex mutex_;
+  double left_;  // guarded by mutex_
+};
+
+// Request ids that no other connection makes. Thread-safe.
+class RequestIds {
+ public:
+  RequestIds();
+  std::string Next();
+
+ private:
+  const std::string prefix_;
+  std::atomic<uint64_t> count_ = 0;
+};
+
+// The sendings of one request.
+class Tries {
+ public:
+  // `options` and `budget` outlive it. `is_repeatable`: it does no harm if the request arrives
+  // twice, because it changes nothing or the server knows it again.
+  Tries(const RetryOptions& options, RetryBudget& budget, bool is_repeatable)
+      : options_(options), budget_(budget), is_repeatable_(is_repeatable) {}
+
+  // After a sending that ended like this: how long to wait before the next one. Unset: none.
+  std::optional<std::chrono::nanoseconds> PauseAfter(const ErrorDetails& details);
+  // Sendings so far about which nobody knows whether they were done.
+  uint32_t unanswered() const { return unanswered_; }
+
+ private:
+  const RetryOptions& options_;
+  RetryBudget& budget_;
+  const bool is_repeatable_;
+  uint32_t sent_ = 0;  // without those that found an earlier one under way
+  uint32_t unanswered_ = 0;
+};
+
+// Requests that change nothing, or the same however often they are done.
+template <class Request>
+inline constexpr bool kIsIdempotent = false;
+template <>
+inline constexpr bool kIsIdempotent<v1::GetServerInfoRequest> = true;
+template <>
+inline constexpr bool kIsIdempotent<v1::GetSessionRequest> = true;
+template <>
+inline constexpr bool kIsIdempotent<v1::ListSessionsRequest> = true;
+template <>
+inline constexpr bool kIsIdempotent<v1::RenewSessionRequest> = true;
+template <>
+inline constexpr bool kIsIdempotent<v1::GetClothRequest> = true;
+template <>
+inline constexpr bool kIsIdempotent<v1::ListClothsRequest> = true;
+template <>
+inline constexpr bool kIsIdempotent<v1::ReadStatesRequest> = true;
+template <>
+inline constexpr bool kIsIdempotent<v1::ReadTopologyRequest> = true;
+template <>
+inline constexpr bool kIsIdempotent<v1::RenderRequest> = true;
+
+// With a request_id, or with a guard of its step and nothing that would be applied once more.
+bool IsRepeatableStep(const v1::StepRequest& request);
+
+template <class Request>
+bool IsRepeatable(const Request& request) {
+  if constexpr (std::is_same_v<Request, v1::StepRequest>) {
+    return IsRepeatableStep(request);
+  } else if constexpr (requires { request.request_id(); }) {
+    return !request.request_id().empty();
+  } else {
+    return kIsIdempotent<Request>;
+  }
+}
+
+}  // namespace client
+}  // namespace drape
