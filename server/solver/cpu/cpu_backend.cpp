@@ -260,8 +260,7 @@ class CpuBackend final : public Backend {
     const Cloth& cloth = cloths_.At(item.cloth);
     GroupCandidate candidate{cloth.model.get(), std::nullopt, !item.grips.empty()};
     if (lane_count_ == 1 || !ClothFitsLanes(cloth)) return candidate;
-    const bool must_hold_the_same = item.impulses || cloth.contact_surface != nullptr;
-    if (must_hold_the_same && !item.grips.empty()) return candidate;
+    if ((item.impulses || cloth.contact_surface) && !item.grips.empty()) return candidate;
     candidate.key.emplace(*cloth.model, cloth.scheme->controls,
                           IterationsOf(item, cloth.parameters.settings),
                           HasMovingColliders(cloth.parameters), item.impulses);
@@ -382,7 +381,7 @@ class CpuBackend final : public Backend {
     const auto flight = ExpectNoContacts(cloth.context, cloth.state);
     if (!flight) return false;
     std::vector<std::vector<Vec4>>& flights = ScratchOfThisThread().flights;
-    if (flights.size() <= lane) flights.resize(lane + 1);
+    flights.resize(std::max(flights.size(), lane + 1));
     flights[lane].assign(flight->velocities.begin(), flight->velocities.end());
     cloth.flight = ExpectedFlight{flights[lane], flight->drift, flight->substep_s};
     return true;
