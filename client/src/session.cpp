@@ -236,6 +236,21 @@ v1::StepResponse Session::Step(v1::StepRequest request) {
   return response;
 }
 
+SteppedStates Session::StepStates(v1::StepRequest request) {
+  request.set_session(impl_->name);
+  impl_->NameRequest(&request);
+  StepParts parts;
+  impl_->Send(IsRepeatable(request), [&](grpc::ClientContext* context) {
+    parts.Clear();
+    const auto reader = impl_->connection->stub->StepInChunks(context, request);
+    for (v1::StepResponse part; reader->Read(&part);) parts.Add(std::move(part));
+    return reader->Finish();
+  });
+  SteppedStates stepped = parts.Take();
+  NoteSteps(stepped.answer, *impl_->told_step);
+  return stepped;
+}
+
 StepStream Session::OpenStepStream() {
   return StepStream(
       std::make_unique<StepStream::Impl>(impl_->connection, impl_->Route(), impl_->told_step));

@@ -6,6 +6,8 @@
 #include <memory>
 #include <mutex>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include "client/src/connection.h"
 #include "drape/streams.h"
@@ -15,6 +17,20 @@ inline namespace client {
 
 // Keeps the highest step of an answer for errors that say what is lost.
 void NoteSteps(const v1::StepResponse& response, std::atomic<uint64_t>& told_step);
+
+// Joins the messages of an answer in chunks.
+class StepParts {
+ public:
+  void Clear() { *this = {}; }
+  void Add(v1::StepResponse part);
+  // Throws Error (kInternal) if the states do not belong together.
+  SteppedStates Take() { return {std::move(answer_), States(std::move(chunks_))}; }
+
+ private:
+  v1::StepResponse answer_;
+  std::vector<v1::StateChunk> chunks_;
+  bool has_begun_ = false;
+};
 
 // A bidirectional call. The reader asks for its status once, when nothing more comes.
 template <class Request, class Response>

@@ -22,6 +22,17 @@ void NoteSteps(const v1::StepResponse& response, std::atomic<uint64_t>& told_ste
   told_step = *std::ranges::max_element(response.steps());
 }
 
+void StepParts::Add(v1::StepResponse part) {
+  if (part.has_states()) chunks_.push_back(std::move(*part.mutable_states()));
+  part.clear_states();
+  if (std::exchange(has_begun_, true)) {
+    answer_.MergeFrom(part);
+  } else {
+    answer_ = std::move(part);
+  }
+  answer_.clear_continues();
+}
+
 StepStream::Impl::Impl(std::shared_ptr<Connection> shared_connection, const SessionRoute& route,
                        std::shared_ptr<std::atomic<uint64_t>> shared_told_step)
     : BidirectionalCall(std::move(shared_connection), route),
@@ -54,6 +65,16 @@ std::optional<v1::StepResponse> StepStream::Read() {
   ErrorDetails details = DecodeStatus(status);
   AddLoss(*impl_->told_step, &details);
   Throw(std::move(details));
+}
+
+std::optional<SteppedStates> StepStream::ReadStates() {
+  StepParts parts;
+  while (std::optional<v1::StepResponse> part = Read()) {
+    const bool continues = part->continues();
+    parts.Add(std::move(*part));
+    if (!continues) return parts.Take();
+  }
+  return std::nullopt;
 }
 
 void StepStream::FinishWriting() {

@@ -96,6 +96,8 @@ class SimulationService final : public v1::SimulationService::CallbackService {
   Reactor* ReadTopology(Context*, const v1::ReadTopologyRequest*, v1::Topology*) override;
 
   Reactor* Step(Context*, const v1::StepRequest*, v1::StepResponse*) override;
+  grpc::ServerWriteReactor<v1::StepResponse>* StepInChunks(Context*,
+                                                           const v1::StepRequest*) override;
   grpc::ServerBidiReactor<v1::StepRequest, v1::StepResponse>* StepStream(Context*) override;
   grpc::ServerBidiReactor<v1::RunRequest, v1::RunReport>* Run(Context*) override;
 

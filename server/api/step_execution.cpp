@@ -16,7 +16,7 @@
 namespace drape::api {
 namespace {
 
-using StepDone = std::function<void(Result<v1::StepResponse>)>;
+using StepDone = std::function<void(Result<StepAnswer>)>;
 
 // One step request, from its arrival to its answer.
 struct StepCall {
@@ -26,33 +26,52 @@ struct StepCall {
   ClothList cloths;
   std::vector<ChunkCloth> chunk_cloths;  // of the states in the answer; none: without states
   ViewSpec view;
+  AnswerForm form = AnswerForm::kMessage;
 
   // Exactly once.
-  void End(Result<v1::StepResponse> answer) {
-    if (!request_id.empty()) EndRequest(session->request_memory(), request_id, answer);
+  void End(Result<StepAnswer> answer) {
+    if (!request_id.empty()) Remember(answer);
     session = {};
     done(std::move(answer));
   }
+
+ private:
+  // An answer in chunks may be larger than anything that is kept: it is not copied for nothing.
+  void Remember(const Result<StepAnswer>& answer) {
+    RequestMemory& memory = session->request_memory();
+    if (answer.ok() && answer.value().is_in_chunks() &&
+        !memory.Keeps(answer.value().ByteSizeLong())) {
+      memory.CompleteWithoutAnswer(request_id);
+    } else {
+      EndRequest(memory, request_id, answer);
+    }
+  }
 };
 
-void AddStates(StepCall& call, StepOutcome& outcome, v1::StepResponse& answer) {
-  if (!outcome.states) return;
+// Makes the chunks of the states, each of at most so many bytes.
+std::optional<StateChunker> ChunkerOf(StepCall& call, StepOutcome& outcome, uint64_t max_bytes) {
+  if (!outcome.states) return std::nullopt;
   ClothStates states;
   for (const ClothOutcome& cloth : outcome.cloths) states.cloths.push_back(cloth.stamp);
   states.columns = std::move(*outcome.states);
-  StateChunker(std::move(call.chunk_cloths), std::move(states), UINT64_MAX, call.view)
-      .Next(answer.mutable_states());
+  return StateChunker(std::move(call.chunk_cloths), std::move(states), max_bytes, call.view);
 }
 
 // `clock`: that of the scheduler.
-Result<v1::StepResponse> ToAnswer(StepCall& call, StepOutcome outcome, const Clock& clock) {
+Result<StepAnswer> ToAnswer(StepCall& call, StepOutcome outcome, const ServiceContext& context) {
   if (!outcome.status.ok()) return outcome.status;
   const trace::Span span("encode_answer");
   v1::StepResponse answer = ToProto(call.cloths, outcome);
-  AddStates(call, outcome, answer);
+  const bool is_in_chunks = call.form == AnswerForm::kChunks;
+  const uint64_t state_bytes =
+      BytesSent(call.chunk_cloths, context.scheduler.description().scalar, call.view);
+  std::optional<StateChunker> states =
+      ChunkerOf(call, outcome, is_in_chunks ? context.limits.max_chunk_bytes : UINT64_MAX);
+  if (states && !is_in_chunks) states->Next(answer.mutable_states());
   answer.mutable_timing()->set_encode_us(
-      static_cast<uint64_t>(clock.NowUs() - outcome.device_done_us));
-  return answer;
+      static_cast<uint64_t>(context.clock.NowUs() - outcome.device_done_us));
+  if (!is_in_chunks) return StepAnswer(std::move(answer));
+  return StepAnswer(std::move(answer), std::move(states), state_bytes);
 }
 
 Status CheckStateBytes(const std::vector<ChunkCloth>& cloths, const ViewSpec& view,
@@ -64,15 +83,16 @@ Status CheckStateBytes(const std::vector<ChunkCloth>& cloths, const ViewSpec& vi
   return Status::InvalidField("view", "asks for " + std::to_string(bytes) + " bytes of states of " +
                                           std::to_string(rows) + " particles, at most " +
                                           std::to_string(max_bytes) +
-                                          " fit into a Step answer: use ReadStates");
+                                          " fit into one message: use StepInChunks");
 }
 
 // The cloths whose states the answer will hold; none if `view` asks for no states.
 Result<std::vector<ChunkCloth>> CheckStates(const ServiceContext& context, const ViewSpec& view,
-                                            const ClothList& cloths) {
+                                            const ClothList& cloths, AnswerForm form) {
   if (!view.any()) return std::vector<ChunkCloth>();
   DRAPE_RETURN_IF_ERROR(CheckViewFits(FieldPath("view"), view, cloths));
   std::vector<ChunkCloth> chunk_cloths = ChunkClothsOf(cloths, view);
+  if (form == AnswerForm::kChunks) return chunk_cloths;
   DRAPE_RETURN_IF_ERROR(CheckStateBytes(chunk_cloths, view, context.scheduler.description().scalar,
                                         context.limits.max_step_state_bytes));
   return chunk_cloths;
@@ -157,9 +177,10 @@ Status Start(const ServiceContext& context, const Caller& caller, const v1::Step
                          CheckStep(request, context.scheduler.limits().max_steps_per_request));
   DRAPE_RETURN_IF_ERROR(CheckImpulses(checked.impulses, context.scheduler.description()));
   DRAPE_ASSIGN_OR_RETURN(call->session, context.FindSession(caller, request.session()));
-  DRAPE_ASSIGN_OR_RETURN(std::optional<v1::StepResponse> known,
-                         BeginRequest<v1::StepResponse>(call->session->request_memory(),
-                                                        request.request_id(), request));
+  DRAPE_ASSIGN_OR_RETURN(
+      std::optional<StepAnswer> known,
+      BeginRequest<StepAnswer>(call->session->request_memory(), request.request_id(), request,
+                               call->form == AnswerForm::kChunks ? "in chunks" : ""));
   const std::string owner = call->session->owner();
   if (known.has_value()) {
     DRAPE_ASSIGN_OR_RETURN(auto held, context.unread->Take(owner, known->ByteSizeLong()));
@@ -170,11 +191,12 @@ Status Start(const ServiceContext& context, const Caller& caller, const v1::Step
   call->request_id = request.request_id();
   DRAPE_ASSIGN_OR_RETURN(call->cloths, call->session->FindCloths(checked.cloths));
   if (call->cloths.empty()) {
-    call->End(v1::StepResponse());
+    call->End(StepAnswer(v1::StepResponse()));
     return Status::Ok();
   }
   DRAPE_ASSIGN_OR_RETURN(StepWork work, ToWork(checked, *call->session, call->cloths));
-  DRAPE_ASSIGN_OR_RETURN(call->chunk_cloths, CheckStates(context, checked.view, call->cloths));
+  DRAPE_ASSIGN_OR_RETURN(call->chunk_cloths,
+                         CheckStates(context, checked.view, call->cloths, call->form));
   DRAPE_ASSIGN_OR_RETURN(
       auto held,
       context.unread->Take(
@@ -186,8 +208,8 @@ Status Start(const ServiceContext& context, const Caller& caller, const v1::Step
   // answer.
   if (call->request_id.empty()) work.cancel = cancel;
   work.deadline_us = caller.deadline_us;
-  work.done = [call, &clock = context.clock](StepOutcome outcome) {
-    call->End(ToAnswer(*call, std::move(outcome), clock));
+  work.done = [call, &context](StepOutcome outcome) {
+    call->End(ToAnswer(*call, std::move(outcome), context));
   };
   return context.scheduler.Submit(std::move(work));
 }
@@ -195,8 +217,10 @@ Status Start(const ServiceContext& context, const Caller& caller, const v1::Step
 }  // namespace
 
 void StartStep(const ServiceContext& context, const Caller& caller, const v1::StepRequest& request,
-               const CancelToken& cancel, const Hold& hold, StepDone done) {
-  const auto call = std::make_shared<StepCall>(StepCall{std::move(done), {}, {}, {}, {}, {}});
+               AnswerForm form, const CancelToken& cancel, const Hold& hold, StepDone done) {
+  const auto call = std::make_shared<StepCall>();
+  call->done = std::move(done);
+  call->form = form;
   const Status status = Start(context, caller, request, cancel, hold, call);
   if (!status.ok()) call->End(status);
 }

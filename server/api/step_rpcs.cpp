@@ -1,6 +1,7 @@
 // Stepping: one request, a stream of them, or a run of the server.
 #include "server/api/run_stream.h"
 #include "server/api/simulation_service.h"
+#include "server/api/step_chunks.h"
 #include "server/api/step_execution.h"
 #include "server/api/step_stream.h"
 #include "server/api/unary_call.h"
@@ -12,11 +13,19 @@ grpc::ServerUnaryReactor* SimulationService::Step(Context* context, const v1::St
   const Caller caller = context_.Identify(*context);
   if (caller.is_refused) return Refuse(context);
   const RequestTag tag(caller, *request);
+  if (request->in_chunks()) {
+    return Answer(context, Status::InvalidField("in_chunks", "must be unset: use StepInChunks"),
+                  tag);
+  }
   UnaryCall* call = UnaryCall::New(tag);
-  StartStep(context_, caller, *request, call->cancel, call->hold(),
-            EndWith<v1::StepResponse>(
-                call, [response](v1::StepResponse& answer) { *response = std::move(answer); }));
+  StartStep(context_, caller, *request, AnswerForm::kMessage, call->cancel, call->hold(),
+            EndWith<StepAnswer>(call, [response](StepAnswer& answer) { answer.Next(response); }));
   return call;
+}
+
+grpc::ServerWriteReactor<v1::StepResponse>* SimulationService::StepInChunks(
+    Context* context, const v1::StepRequest* request) {
+  return StepChunksReactor::Start(context_, context_.Identify(*context), *request);
 }
 
 grpc::ServerBidiReactor<v1::StepRequest, v1::StepResponse>* SimulationService::StepStream(

@@ -37,9 +37,10 @@ void StepStreamReactor::OnReadDone(bool ok) {
   // Without the lock: the answer may come before StartStep returns. is_reading_ is still set, so no
   // other thread reads the next request, which would overwrite this one or overtake it.
   StartStep(
-      context_, caller_, request_, slot->cancel,
+      context_, caller_, request_,
+      request_.in_chunks() ? AnswerForm::kChunks : AnswerForm::kMessage, slot->cancel,
       [slot](std::shared_ptr<void> held) { slot->held = std::move(held); },
-      [self = shared_from_this(), slot](Result<v1::StepResponse> answer) {
+      [self = shared_from_this(), slot](Result<StepAnswer> answer) {
         self->OnAnswer(*slot, std::move(answer));
       });
   const std::lock_guard lock(mutex_);
@@ -47,7 +48,7 @@ void StepStreamReactor::OnReadDone(bool ok) {
   ReadNext();
 }
 
-void StepStreamReactor::OnAnswer(Slot& slot, Result<v1::StepResponse> answer) {
+void StepStreamReactor::OnAnswer(Slot& slot, Result<StepAnswer> answer) {
   slot.tag.Log(answer.status());
   const std::lock_guard lock(mutex_);
   slot.answer = std::move(answer);
@@ -90,13 +91,19 @@ void StepStreamReactor::WriteNext() {
     if (is_read_over_) End(Status::Ok());
     return;
   }
-  if (!slots_.front()->answer) return;
-  Result<v1::StepResponse> answer = std::move(*slots_.front()->answer);
-  held_ = std::move(slots_.front()->held);
-  slots_.pop_front();
-  if (!answer.ok()) return End(answer.status());
+  Slot& first = *slots_.front();
+  if (!first.answer) return;
+  if (!first.answer->ok()) {
+    const Status status = first.answer->status();
+    slots_.pop_front();
+    return End(status);
+  }
   is_writing_ = true;
-  response_ = std::move(*answer);
+  first.answer->value().Next(&response_);
+  if (!first.answer->value().has_next()) {
+    held_ = std::move(first.held);
+    slots_.pop_front();
+  }
   StartWrite(&response_);
   ReadNext();
 }

@@ -8,6 +8,7 @@
 
 #include "server/api/request_log.h"
 #include "server/api/simulation_service.h"
+#include "server/api/step_answer.h"
 
 namespace drape::api {
 
@@ -25,7 +26,7 @@ class StepStreamReactor final : public grpc::ServerBidiReactor<v1::StepRequest, 
   struct Slot {
     CancelToken cancel;
     RequestTag tag;
-    std::optional<Result<v1::StepResponse>> answer;
+    std::optional<Result<StepAnswer>> answer;
     std::shared_ptr<void> held;  // until the answer has been written
   };
 
@@ -37,7 +38,7 @@ class StepStreamReactor final : public grpc::ServerBidiReactor<v1::StepRequest, 
   void OnCancel() override;
   void OnDone() override;
 
-  void OnAnswer(Slot& slot, Result<v1::StepResponse> answer);
+  void OnAnswer(Slot& slot, Result<StepAnswer> answer);
   // With mutex_ held.
   void ReadNext();
   void WriteNext();
@@ -51,7 +52,7 @@ class StepStreamReactor final : public grpc::ServerBidiReactor<v1::StepRequest, 
   std::mutex mutex_;
   v1::StepRequest request_;                  // being read
   v1::StepResponse response_;                // being written
-  std::shared_ptr<void> held_;               // for it
+  std::shared_ptr<void> held_;               // for it, if it is the last message of its answer
   std::deque<std::shared_ptr<Slot>> slots_;  // oldest first
   bool is_reading_ = false;                  // a request is being read or submitted
   bool is_read_over_ = false;                // the client sends no more

@@ -75,6 +75,13 @@ void RequestMemory::Complete(const std::string& request_id, std::any answer, siz
   with_answers_.push_back(request_id);
 }
 
+void RequestMemory::CompleteWithoutAnswer(const std::string& request_id) {
+  if (request_id.empty()) return;
+  const std::lock_guard lock(mutex_);
+  entries_[request_id].is_complete = true;
+  completed_.push_back({request_id, clock_.NowUs()});
+}
+
 void RequestMemory::Abandon(const std::string& request_id) {
   if (request_id.empty()) return;
   const std::lock_guard lock(mutex_);

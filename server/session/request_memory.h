@@ -48,6 +48,10 @@ class RequestMemory {
   Result<std::any> Begin(const std::string& request_id, uint64_t fingerprint);
   // `answer_bytes`: the approximate size of the answer.
   void Complete(const std::string& request_id, std::any answer, size_t answer_bytes);
+  // The same, of an answer that is not kept.
+  void CompleteWithoutAnswer(const std::string& request_id);
+  // Whether an answer of so many bytes is kept.
+  bool Keeps(size_t answer_bytes) const { return answer_bytes <= limits_.max_answer_bytes; }
   // The request failed: the id may be used again.
   void Abandon(const std::string& request_id);
 

@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 #include <signal.h>
 
+#include <algorithm>
 #include <chrono>
 #include <cstdlib>
 #include <thread>
@@ -106,6 +107,50 @@ TEST_F(ClientTest, CreatesStepsAndReads) {
   EXPECT_EQ(session.GetCloth(ids[0]).step(), 2u);
   session.ResetCloths();
   EXPECT_EQ(session.GetCloth(ids[0]).step(), 0u);
+}
+
+// 300 x 300 particles with velocities are 2.2 MB.
+TEST_F(ClientTest, LargeAnswersComeInPiecesAndStayThere) {
+  Session session = client_->CreateSession();
+  v1::ClothSpec spec = SmallCloth();
+  spec.mutable_grid()->set_columns(300);
+  spec.mutable_grid()->set_rows(300);
+  spec.mutable_settings()->set_substeps(1);
+  session.CreateCloth(SmallCloth());
+  session.CreateCloth(spec);
+  v1::StepRequest request;
+  request.set_all_cloths(true);
+  request.set_steps(2);
+  request.set_report(true);
+  request.mutable_view()->set_positions(true);
+  request.mutable_view()->set_velocities(true);
+  const auto expect_present = [&](const SteppedStates& stepped, uint64_t step) {
+    EXPECT_THAT(stepped.answer.steps(), ElementsAre(step, step));
+    EXPECT_THAT(stepped.answer.reports(), SizeIs(2));
+    EXPECT_FALSE(stepped.answer.has_states());
+    EXPECT_FALSE(stepped.answer.continues());
+    const States states = session.ReadStates(request.view());
+    ASSERT_EQ(stepped.states.size(), 2u);
+    for (size_t k = 0; k < 2; ++k) {
+      const auto floats = stepped.states[k].positions_m.floats();
+      EXPECT_EQ(stepped.states[k].step, step);
+      EXPECT_EQ(floats.size(), k == 0 ? 36u : 270'000u);
+      EXPECT_TRUE(std::ranges::equal(floats, states[k].positions_m.floats()));
+      EXPECT_TRUE(std::ranges::equal(stepped.states[k].velocities_m_per_s.floats(),
+                                     states[k].velocities_m_per_s.floats()));
+    }
+  };
+  expect_present(session.StepStates(request), 2);
+  StepStream stream = session.OpenStepStream();
+  request.set_in_chunks(true);
+  stream.Write(request);
+  const std::optional<SteppedStates> stepped = stream.ReadStates();
+  ASSERT_TRUE(stepped.has_value());
+  expect_present(*stepped, 4);
+  request.set_expected_step(3);
+  EXPECT_EQ(ErrorOf([&] { session.StepStates(request); }).reason, "STEP_MISMATCH");
+  stream.FinishWriting();
+  EXPECT_FALSE(stream.ReadStates().has_value());
 }
 
 TEST_F(ClientTest, ChangesListsAndDeletes) {

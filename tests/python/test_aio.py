@@ -6,7 +6,7 @@ import pytest
 
 import drape
 import drape.aio
-from conftest import bits
+from conftest import bits, sheet
 
 
 def test_the_names_are_the_same():
@@ -37,6 +37,23 @@ def test_cloths_step_side_by_side_with_the_same_bits(client, session, spec):
 
     for answer in asyncio.run(program()):
         assert bits(answer.positions) == bits(alone.positions)
+
+
+def test_large_answers_come_in_chunks(client, session):
+    large = sheet(320, settings=drape.StepSettings(substeps=1, max_iterations=1))  # 1.2 MB
+    alone = session.create(large)
+    alone.step(3)
+
+    async def program():
+        async with await drape.aio.connect(client.address) as other, await other.session() as mine:
+            cloths = await mine.create(large)
+            await cloths.step()
+            async with cloths.pipeline() as steps:
+                await steps.step()
+                await steps.step()
+                return (await steps.drain())[-1]
+
+    assert bits(asyncio.run(program()).positions) == bits(alone.positions)
 
 
 def test_a_private_server_and_the_lease(spec):

@@ -274,6 +274,55 @@ def test_a_cloth_larger_than_a_chunk_is_put_together(session):
     assert np.allclose(grid[..., 2], np.linspace(0, 1, 320)[:, None], atol=1e-6)
 
 
+VIEWS = {
+    "positions": drape.POSITIONS,
+    "both": drape.POSITIONS_AND_VELOCITIES,
+    "some": drape.StateView(positions=True, velocities=True, particles=[0, 7, 35]),
+    "float16": drape.StateView(positions=True, velocities=True, encoding=drape.StateView.FLOAT16),
+    "fixed16": drape.StateView(positions=True, encoding=drape.StateView.FIXED16),
+    "reductions": drape.StateView(reductions=[drape.StateView.CENTROID, drape.StateView.BOX]),
+    "reductions and positions": drape.StateView(positions=True, reductions=[drape.StateView.CENTROID]),
+}
+PARTS = ("positions", "velocities", "origins", "centroid", "box", "step_count", "time_s", "faulted")
+
+
+@pytest.mark.parametrize("side, count", [(8, 30), (320, 2)])  # 1.2 MB per column of a large cloth: split between chunks
+@pytest.mark.parametrize("view", VIEWS.values(), ids=VIEWS.keys())
+def test_an_answer_in_chunks_is_the_one_of_one_message(session, monkeypatch, side, count, view):
+    spec = sheet(side, settings=drape.StepSettings(substeps=1, max_iterations=1))
+    origins = [[k, 0.5 * k, 0] for k in range(count)]
+    in_chunks, whole = (session.create(spec, count=count, origins=origins) for _ in range(2))
+    ids = [1, 0] + list(range(2, count))
+    for above in (-1, 1 << 40):
+        monkeypatch.setattr("drape.cloths._CHUNKS_ABOVE_BYTES", above)
+        batch = in_chunks if above < 0 else whole
+        batch.step(5, view=None)
+        answers = [batch.step(view=view, report=True), batch.step(view=view, ids=ids)]
+        with batch.pipeline(2) as steps:
+            steps.step(view=view)
+            steps.step(view=view, ids=ids)
+            answers += steps.drain()
+        if above < 0:
+            expected = answers
+    for one, other in zip(expected, answers, strict=True):
+        for part in PARTS:
+            values = getattr(one, part), getattr(other, part)
+            assert (values[0] is None) == (values[1] is None), part
+            assert values[0] is None or bits(values[0]) == bits(values[1]), part
+        assert [r.max_strain for r in one.reports] == [r.max_strain for r in other.reports]
+        assert one.positions is None or not one.positions.flags.writeable
+    assert in_chunks.step_count.tolist() == whole.step_count.tolist() == [8 + 1] * count
+
+
+def test_answers_may_be_larger_than_any_message(session):
+    cheap = sheet(32, settings=drape.StepSettings(substeps=1, max_iterations=1))
+    cloths = session.create(cheap, count=3000)  # 74 MB; a message has 64 MiB of states at most
+    answer = cloths.step(view=drape.POSITIONS_AND_VELOCITIES)
+    assert answer.positions.shape == answer.velocities.shape == (3000, 1024, 3)
+    assert np.array_equal(answer.positions[2999], cloths.read(ids=[2999]).positions[0])
+    assert (answer.positions == answer.positions[0]).all()
+
+
 def test_double_precision_arrives_as_it_is(reference):
     with reference.session() as session:
         positions = session.create(sheet()).step().positions

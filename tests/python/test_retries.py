@@ -7,6 +7,7 @@ import threading
 from concurrent import futures
 
 import grpc
+import numpy as np
 import pytest
 
 import drape
@@ -156,6 +157,19 @@ def test_coroutines_repeat_the_same(client, session, cutter):
 
     asyncio.run(program())
     assert cutter.cuts > 50
+
+
+def test_large_answers_that_are_cut_come_again(client, session, cutter):
+    session.create(sheet(320, settings=drape.StepSettings(substeps=1, max_iterations=1)))  # 1.2 MB in two chunks
+    with drape.connect(cutter.address, retries=PATIENT) as other, other.session(name=session.name) as same:
+        mine = same.attach()
+        for k, size in enumerate((100, 5_000, 500_000, 1_000_000, 1_100_000, 1_200_000)):
+            mine.describe(0)  # the connection is there
+            cutter.cut_once_after(size)
+            answer = mine.step(request_id=f"large-{size}", report=True)
+            assert answer.step_count == [k + 1] and len(answer.reports) == 1
+            assert np.array_equal(answer.positions, mine.read().positions)
+    assert cutter.cuts == 6
 
 
 class Away(grpc.GenericRpcHandler):

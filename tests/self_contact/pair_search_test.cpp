@@ -26,7 +26,7 @@ TYPED_TEST(PairSearchTest, FindsWhatIsNear) {
   using V = TypeParam;
   using Real = self_contact::ScalarOf<V>;
   using PairName = std::pair<PairKind, std::array<uint32_t, 4>>;
-  constexpr double kThickness = 0.02, kReach = 0.01, kRounding = 1e-5;
+  constexpr double kThickness = 0.02, kReach = 0.01, kFar = 0.04, kRounding = 1e-5;
   size_t near = 0;
   for (const Scene& scene : {Grid(16, 12, 1, 0.75), MeshedGrid(14, 14, 1, 1)}) {
     const ContactSurface surface(*scene.model);
@@ -38,12 +38,13 @@ TYPED_TEST(PairSearchTest, FindsWhatIsNear) {
         PairSearch<V> search;
         search.Begin(surface, rounded, Real(kThickness));
         std::map<PairName, Real> found;
-        std::map<PatchPair, Real> gaps;
+        std::map<PatchPair, Real> gaps, others;
         for (uint32_t p = 0; p < surface.patches().size(); ++p) {
           for (uint32_t q = p; q < surface.patches().size(); ++q) {
             gaps[{p, q}] = search.Gap({p, q});
             std::vector<CandidatePair<V>> pairs;
-            search.Find({p, q}, Real(kReach), pairs);
+            others[{p, q}] = search.Find({p, q}, Real(kReach), pairs, Real(p % 2 == 0 ? kFar : 0));
+            EXPECT_GE(others.at({p, q}), Real(kReach));
             for (const CandidatePair<V>& pair : pairs) {
               EXPECT_LE(pair.distance, pair.touch + Real(kReach));
               // The order of edges is that of the surface or the other one.
@@ -62,9 +63,12 @@ TYPED_TEST(PairSearchTest, FindsWhatIsNear) {
           ASSERT_LE(double{gaps.at(owners.Of(kind, particles))}, distance + kRounding);
           const double touch =
               self_contact::TouchDistance_m(surface, kind, particles, kThickness, true);
+          const auto pair = found.find({kind, particles});
+          if (pair == found.end()) {
+            ASSERT_LE(double{others.at(owners.Of(kind, particles))}, distance - touch + kRounding);
+          }
           if (distance > touch + kReach - kRounding) return;
           ++near;
-          const auto pair = found.find({kind, particles});
           ASSERT_NE(pair, found.end()) << "folds " << folds << ", noise " << noise;
           EXPECT_NEAR(double{pair->second}, distance, kRounding);
         });

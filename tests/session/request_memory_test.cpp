@@ -49,6 +49,17 @@ TEST_F(RequestMemoryTest, AFailedRequestMayBeTriedAgain) {
   EXPECT_TRUE(IsNew(memory, "a"));
 }
 
+TEST_F(RequestMemoryTest, WhatIsTooLargeIsDoneOnceWithoutItsAnswer) {
+  RequestMemory memory = Memory(4, 10'000);
+  EXPECT_TRUE(IsNew(memory, "a"));
+  EXPECT_TRUE(memory.Keeps(10'000));
+  EXPECT_FALSE(memory.Keeps(10'001));
+  memory.CompleteWithoutAnswer("a");
+  EXPECT_EQ(memory.Begin("a", 1).status().reason(), "ANSWER_FORGOTTEN");
+  clock_.AdvanceUs(1'000'000);
+  EXPECT_TRUE(IsNew(memory, "a")) << "ids are kept for a second here";
+}
+
 TEST_F(RequestMemoryTest, AnIdBelongsToOneRequest) {
   RequestMemory memory = Memory(4, 10'000);
   EXPECT_TRUE(IsNew(memory, "a"));

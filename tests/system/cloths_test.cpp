@@ -284,7 +284,7 @@ TEST_F(Cloths, StatesThatAreTooLargeForAStepAnswerAreRefusedBeforeTheStep) {
   const auto refused = Call(*stub, &Stub::Step, request);
   EXPECT_EQ(refused.status.error_code(), grpc::StatusCode::INVALID_ARGUMENT);
   EXPECT_THAT(FieldsOf(refused.status), testing::ElementsAre("view"));
-  EXPECT_THAT(refused.status.error_message(), testing::HasSubstr("use ReadStates"));
+  EXPECT_THAT(refused.status.error_message(), testing::HasSubstr("use StepInChunks"));
   EXPECT_EQ(Get(*stub, session, ids[0]).step(), 0u);
 }
 

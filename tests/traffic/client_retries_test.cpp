@@ -2,8 +2,11 @@
 #include <drape/client.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <csignal>
+#include <memory>
 #include <string>
+#include <vector>
 
 #include "tests/api/requests.h"
 #include "tests/system/calls.h"
@@ -141,6 +144,31 @@ TEST_F(ClientRetries, ACutAnywhereBringsTheAnswerThatIsRemembered) {
   EXPECT_EQ(StepsMade(), step);
   EXPECT_GT(cut_requests, 10);
   EXPECT_GT(cut_answers, 10);
+}
+
+TEST_F(ClientRetries, LargeAnswersThatAreCutComeAgain) {
+  CuttingProxy proxy(PortOf(server_.Address()), kNoCut, kNoCut);
+  Session session = Client::Connect(proxy.Address(), Patient()).AttachSession(name_);
+  const ClothId large = session.CreateCloths(HangingSheet(name_, 320)).cloth_ids(0);  // 1.2 MB
+  v1::StepRequest request;
+  request.add_cloth_ids(large);
+  request.set_steps(1);
+  request.set_report(true);
+  request.mutable_view()->set_positions(true);
+  uint64_t step = 0;
+  for (const size_t bytes : {100, 5'000, 500'000, 1'000'000, 1'100'000, 1'200'000}) {
+    (void)session.GetCloth(large);  // the connection is there
+    proxy.CutOnceAfter(bytes);
+    request.set_request_id(std::to_string(bytes));
+    const SteppedStates stepped = session.StepStates(request);
+    EXPECT_EQ(stepped.answer.steps(0), ++step) << "cut after " << bytes;
+    EXPECT_EQ(stepped.answer.reports_size(), 1);
+    ASSERT_EQ(stepped.states.size(), 1u);
+    const States now = session.ReadStates(std::vector<ClothId>{large});
+    EXPECT_TRUE(
+        std::ranges::equal(stepped.states[0].positions_m.floats(), now[0].positions_m.floats()));
+  }
+  EXPECT_EQ(proxy.cuts(), 6);
 }
 
 // The session came back as it was: what was done since is not silently missing.

@@ -13,6 +13,12 @@
 namespace drape {
 inline namespace client {
 
+// A step, and the states after it that its view asked for. `answer` is without them.
+struct SteppedStates {
+  v1::StepResponse answer;
+  States states;
+};
+
 // Step requests on one stream, answered in order; requests of the same cloth are also done in
 // order. Several may wait for answers at once. If the next request does not need the last answer,
 // keep two in flight: one waits in the server while the other one is stepped, and the device never
@@ -41,6 +47,9 @@ class StepStream {
   // Waits for the next answer. Throws the stream's error; unset when the stream ended without one
   // after FinishWriting().
   std::optional<v1::StepResponse> Read();
+  // The same of a request with `in_chunks`, for large answers: its messages come in pieces of about
+  // 1 MiB, whose states stay where they arrived. (Read brings them one by one.)
+  std::optional<SteppedStates> ReadStates();
   // No more requests will come.
   void FinishWriting();
   void Cancel();

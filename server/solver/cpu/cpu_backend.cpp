@@ -20,6 +20,7 @@
 #include <vector>
 
 #include "server/solver/cpu/alone/cloth_step.h"
+#include "server/solver/cpu/alone/self_contacts.h"
 #include "server/solver/cpu/cloth_slots.h"
 #include "server/solver/cpu/cpu_cloth.h"
 #include "server/solver/cpu/model/float_model.h"
@@ -34,22 +35,6 @@
 namespace drape {
 namespace cpu {
 namespace {
-
-// Those of `particles`; empty: all.
-void Append(const std::vector<Vec4>& values, uint32_t particle_count,
-            std::span<const uint32_t> particles, std::vector<float>& packed) {
-  const size_t words = 3 * size_t{RowsOf(particles, particle_count)};
-  packed.resize(packed.size() + words);
-  float* to = packed.data() + packed.size() - words;
-  const auto append = [&](const Vec4& value) {
-    to[0] = value[0];
-    to[1] = value[1];
-    to[2] = value[2];
-    to += 3;
-  };
-  if (particles.empty()) std::for_each_n(values.begin(), particle_count, append);
-  for (const uint32_t particle : particles) append(values[particle]);
-}
 
 // "model name" of the first processor, or "CPU" where the system does not tell.
 std::string ProcessorName() {
@@ -227,6 +212,7 @@ class CpuBackend final : public Backend {
     StepScratch single;
     std::deque<StepScratch> of_world;  // of all cloths but the first
     GroupScratch lanes;
+    std::vector<std::vector<Vec4>> flights;  // ExpectedFlight::velocities of each lane
     StepTeam alone{1};
   };
 
@@ -275,7 +261,7 @@ class CpuBackend final : public Backend {
     const Cloth& cloth = cloths_.At(item.cloth);
     GroupCandidate candidate{cloth.model.get(), std::nullopt, !item.grips.empty()};
     if (lane_count_ == 1 || !ClothFitsLanes(cloth)) return candidate;
-    if (item.impulses && !item.grips.empty()) return candidate;
+    if ((item.impulses || cloth.contact_surface) && !item.grips.empty()) return candidate;
     candidate.key.emplace(*cloth.model, cloth.scheme->controls,
                           IterationsOf(item, cloth.parameters.settings),
                           HasMovingColliders(cloth.parameters), item.impulses);
@@ -354,23 +340,52 @@ class CpuBackend final : public Backend {
                    std::span(reports).subspan(group[0], group.size()));
       return;
     }
+    StepScratch& scratch = ScratchOfThisThread().single;
     std::vector<GroupCloth> cloths;
+    StepGroup in_lanes, by_themselves;
     for (const uint32_t k : group) {
       Cloth& cloth = cloths_.At(items[k].cloth);
       SetTargets(cloth, items[k]);
-      StepScratch& scratch = ScratchOfThisThread().single;
-      cloths.push_back({ContextOf(cloth, items[k], *cloth.scheme, alone, scratch), items[k].measure,
-                        cloth.state});
+      GroupCloth next{ContextOf(cloth, items[k], *cloth.scheme, alone, scratch), items[k].measure,
+                      cloth.state};
+      const bool fits = cloth.contact_surface == nullptr || FindFlight(next, cloths.size());
+      (fits ? in_lanes : by_themselves).push_back(k);
+      if (fits) cloths.push_back(std::move(next));
     }
-    StepCloths(cloths, ScratchOfThisThread().lanes);
-    for (size_t lane = 0; lane < group.size(); ++lane) {
+    if (cloths.size() < kMinGroupSize && !by_themselves.empty()) {
+      by_themselves.insert(by_themselves.end(), in_lanes.begin(), in_lanes.end());
+      cloths.clear();
+    }
+    if (!cloths.empty()) StepCloths(cloths, ScratchOfThisThread().lanes);
+    for (size_t lane = 0; lane < cloths.size(); ++lane) {
       GroupCloth& cloth = cloths[lane];
+      const uint32_t k = in_lanes[lane];
+      if (cloth.has_left_flight) {
+        by_themselves.push_back(k);
+        continue;
+      }
+      Cloth& its = cloths_.At(items[k].cloth);
       if (cloth.has_gained_energy) {
         cloth.report = StepCalmer(cloth.context, cloth.measure, cloth.state);
+        if (its.contact_surface != nullptr) EndSelfContacts(its, cloth.report, scratch);
       }
-      reports[group[lane]] = cloths[lane].report;
-      EndStep(cloths_.At(items[group[lane]].cloth), cloths[lane].report);
+      reports[k] = cloth.report;
+      EndStep(its, cloth.report);
     }
+    for (const uint32_t k : by_themselves) {
+      StepTogether(items.subspan(k, 1), alone, std::span(reports).subspan(k, 1));
+    }
+  }
+
+  // Of a cloth that touches itself, for its lane. Whether nothing is expected to touch.
+  bool FindFlight(GroupCloth& cloth, size_t lane) {
+    const auto flight = ExpectNoContacts(cloth.context, cloth.state);
+    if (!flight) return false;
+    std::vector<std::vector<Vec4>>& flights = ScratchOfThisThread().flights;
+    flights.resize(std::max(flights.size(), lane + 1));
+    flights[lane].assign(flight->velocities.begin(), flight->velocities.end());
+    cloth.flight = ExpectedFlight{flights[lane], flight->drift, flight->substep_s};
+    return true;
   }
 
   // One cloth, or all of a world.

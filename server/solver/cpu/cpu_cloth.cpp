@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "server/solver/cpu/alone/self_contacts.h"
 #include "server/solver/cpu/side_by_side/group_step.h"
 
 namespace drape::cpu {
@@ -18,6 +19,12 @@ void SetLengthTargets(Cloth& cloth, std::span<const double> rest_lengths_m) {
 void CheckMotionCount(const ClothParameters& parameters) {
   const size_t count = parameters.collider_motions.size();
   DRAPE_CHECK(count == 0 || count == parameters.colliders.size(), "one motion per collider");
+}
+
+// Of a cloth that touches itself: whether a step in lanes, without contacts, is worth a try.
+bool MayBeApart(const Cloth& cloth) {
+  return cloth.was_apart && !cloth.may_cross_itself &&
+         cloth.scheme->controls.plan.solver.has_two_steps;
 }
 
 // Empty: they go on.
@@ -63,6 +70,21 @@ std::vector<Vec4> TransferTargets(const Cloth& cloth, const FloatState& state,
   return targets;
 }
 
+void Append(const std::vector<Vec4>& values, uint32_t particle_count,
+            std::span<const uint32_t> particles, std::vector<float>& packed) {
+  const size_t words = 3 * size_t{RowsOf(particles, particle_count)};
+  packed.resize(packed.size() + words);
+  float* to = packed.data() + packed.size() - words;
+  const auto append = [&](const Vec4& value) {
+    to[0] = value[0];
+    to[1] = value[1];
+    to[2] = value[2];
+    to += 3;
+  };
+  if (particles.empty()) std::for_each_n(values.begin(), particle_count, append);
+  for (const uint32_t particle : particles) append(values[particle]);
+}
+
 Scheme::Scheme(const FloatModel& model, const ClothParameters& parameters, bool has_own_lengths)
     : controls(model, parameters, has_own_lengths) {
   if (!controls.energy_limit.is_watched || !HasCalmerScheme(controls.plan)) return;
@@ -76,6 +98,7 @@ void SetScheme(Cloth& cloth) {
 
 void EndSelfContacts(Cloth& cloth, const StepReport& report, const StepScratch& scratch) {
   cloth.may_cross_itself = report.warnings.starts_crossing || scratch.self_contacts_failed;
+  cloth.was_apart = cloth.contact_surface != nullptr && FoundNoContacts(scratch);
 }
 
 std::optional<OwnLengths> ToOwnLengths(std::span<const double> rest_lengths_m,
@@ -117,7 +140,8 @@ void EndStep(Cloth& cloth, const StepReport& report) {
 
 bool ClothFitsLanes(const Cloth& cloth) {
   return cloth.fault == FaultReason::kNone && !cloth.own_lengths &&
-         FitsLanes(*cloth.model, cloth.scheme->controls);
+         FitsLanes(*cloth.model, cloth.scheme->controls) &&
+         (cloth.contact_surface == nullptr || MayBeApart(cloth));
 }
 
 }  // namespace drape::cpu

@@ -48,6 +48,9 @@ struct Cloth {
   std::shared_ptr<LongStep> long_step{};  // of each that takes part; null: none has begun
   std::shared_ptr<const ContactSurface> contact_surface{};  // if it touches itself
   bool may_cross_itself = true;  // or another cloth; until a step has found that nothing crosses
+  // Its last step found that nothing of it could touch: the next one may do so in lanes. The result
+  // does not depend on it.
+  bool was_apart = false;
   std::shared_ptr<const World> world{};  // of the first cloth of a world, to step it again
 };
 
@@ -57,6 +60,10 @@ std::vector<Vec4> ToFloat(std::span<const Eigen::Vector3d> targets, const FloatM
 // The targets of the pins of `new_model`: those of pins that stay, else where `state` is.
 std::vector<Vec4> TransferTargets(const Cloth& cloth, const FloatState& state,
                                   const FloatModel& new_model);
+
+// Appends x, y and z of those of `particles`; empty: of all.
+void Append(const std::vector<Vec4>& values, uint32_t particle_count,
+            std::span<const uint32_t> particles, std::vector<float>& packed);
 
 // Sets its scheme. Another object each time.
 void SetScheme(Cloth& cloth);
@@ -71,7 +78,7 @@ void Abandon(Cloth& cloth);
 // Sets the targets of pins, lengths and colliders in a step that begins.
 void SetTargets(Cloth& cloth, const StepItem& item);
 void EndStep(Cloth& cloth, const StepReport& report);
-// Beside it, of a cloth that was not stepped in lanes.
+// Beside it, of a cloth that was not stepped in lanes; `scratch`: of its step.
 void EndSelfContacts(Cloth& cloth, const StepReport& report, const StepScratch& scratch);
 
 // Whether the cloth can be stepped in lanes (group_step.h).

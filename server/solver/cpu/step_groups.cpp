@@ -39,7 +39,8 @@ LaneKey::LaneKey(const FloatModel& key_model, const FloatControls& controls,
       tolerance(controls.plan.tolerance),
       max_iterations(key_max_iterations),
       have_motions(moves),
-      asked_model(asks_for_impulses ? &key_model : nullptr) {
+      asked_model(asks_for_impulses ? &key_model : nullptr),
+      touching_model(controls.touches_itself ? &key_model : nullptr) {
   // Cloths with and without damping share a group: each lane has a factor of its own.
   stages.Add(StepStage::kCorrectVelocity);
   solver.end_share = controls.has_start_directions() ? 0 : 1;

@@ -30,6 +30,8 @@ struct LaneKey {
   bool have_motions;
   // Where impulses are asked for the cloths must hold the same: the model; else null.
   const FloatModel* asked_model;
+  // The same where cloths touch themselves (ExpectedFlight).
+  const FloatModel* touching_model;
 
   friend auto operator<=>(const LaneKey&, const LaneKey&) = default;
 };

@@ -15,6 +15,13 @@ constexpr double kReachSubsteps = 12;
 constexpr double kReachMargin = 1.05;
 constexpr double kMinReach = 0.2;
 constexpr double kMaxReach = 0.2;
+// Neighbours that have no pairs are valid for at most this share of an edge [-]: a crease keeps
+// them from being flat, but seldom brings them near. Larger: more pairs whose distance has to be
+// found; smaller: such lists are made more often.
+constexpr double kFarReach = 0.5;
+// No list is made for more than this many times the way that is left if all substeps of the step
+// are like this one [-]. Larger: pairs that are of no use; smaller: lists are made again.
+constexpr double kUsefulWay = 2;
 
 template <class V>
 V LoadFour(const ScalarOf<V>* numbers) {
@@ -143,7 +150,7 @@ void ContactLists<V>::Open(uint32_t l, Real end, const Window& window,
   if (end >= list.valid || (list.is_partial && !window.guards)) {
     if (!has_begun_) search_.Begin(*surface_, positions, thicknesses_);
     has_begun_ = true;
-    Remake(l, end - travels_[l]);
+    Remake(l, end - travels_[l], window);
   }
   Real next = list.valid;
   due_.Reserve(list.end - list.begin);
@@ -171,16 +178,20 @@ void ContactLists<V>::WakeAt(uint32_t list, Real travel) {
 }
 
 template <class V>
-void ContactLists<V>::Remake(uint32_t l, Real least_reach) {
+void ContactLists<V>::Remake(uint32_t l, Real least_reach, const Window& window) {
   List& list = lists_[l];
   live_pairs_ -= list.end - list.begin;
   const auto [first, second] = list.patches;
   const Real thickness = thicknesses_.Of(*surface_, first, second);
-  const Real reach = std::max({std::min(static_cast<Real>(kReachSubsteps) * ways_[l],
+  const Real useful = static_cast<Real>(kUsefulWay) * (ways_[l] + window.addend) *
+                      static_cast<Real>(window.substeps);
+  const Real wanted = std::max(std::min(static_cast<Real>(kReachSubsteps) * ways_[l],
                                         static_cast<Real>(kMaxReach) * edge_length_),
-                               static_cast<Real>(kMinReach) * thickness,
-                               static_cast<Real>(kReachMargin) * least_reach});
+                               static_cast<Real>(kMinReach) * thickness);
+  const Real least = static_cast<Real>(kReachMargin) * least_reach;
+  const Real reach = std::max(std::min(wanted, useful), least);
   const uint32_t old_begin = list.begin, old_end = list.end;
+  const bool is_far = old_begin == old_end && surface_->AreNeighbours(first, second);
   list.begin = list.end = static_cast<uint32_t>(pairs_.size());
   list.is_partial = false;
   list.least_room = kMost;
@@ -189,9 +200,9 @@ void ContactLists<V>::Remake(uint32_t l, Real least_reach) {
     list.valid = travels_[l] + gap;
     return;
   }
-  list.valid = travels_[l] + reach;
   candidates_.clear();
-  search_.Find(list.patches, reach, candidates_);
+  const Real far = is_far ? std::min(static_cast<Real>(kFarReach) * edge_length_, useful) : 0;
+  list.valid = travels_[l] + search_.Find(list.patches, reach, candidates_, far);
   for (uint32_t k = old_begin; k < old_end; ++k) list.is_partial |= pairs_[k].is_active;
   for (const CandidatePair<V>& candidate : candidates_) {
     const auto is_same = [&](uint32_t k) {

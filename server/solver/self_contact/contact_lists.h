@@ -29,10 +29,12 @@ class ContactLists {
     uint32_t list;
   };
   // What to expect of a substep: `factor` times the way of each list, and `addend` [m]. With
-  // `guards` only what may come as near as the guard lets it.
+  // `guards` only what may come as near as the guard lets it. Lists are of use for `substeps`, this
+  // one included.
   struct Window {
     Real factor = 1, addend = 0;
     bool guards = false;
+    uint32_t substeps = std::numeric_limits<uint32_t>::max();
   };
 
   // A step begins, without lists. `is_crossing` [particle_count] or empty: pairs of such particles
@@ -96,7 +98,7 @@ class ContactLists {
   void Pad();
   // Makes the list anew if need be, and adds what is due in it before the travel `end`.
   void Open(uint32_t list, Real end, const Window& window, std::span<const V> positions);
-  void Remake(uint32_t list, Real least_reach);
+  void Remake(uint32_t list, Real least_reach, const Window& window);
   void Append(uint32_t list, const CandidatePair<V>& candidate);
   // The list is due at this travel, at the latest.
   void WakeAt(uint32_t list, Real travel);

@@ -12,10 +12,6 @@ namespace {
 using self_contact::PairKind;
 using self_contact::Vector3d;
 
-// Triangles of a patch. More: coarser boxes, and more of a cloth that is folded counts as near;
-// fewer: a deeper tree, and more pairs of neighbours.
-constexpr size_t kPatchTriangles = 8;
-
 constexpr uint32_t kNone = UINT32_MAX;
 
 std::array<uint32_t, 2> Edge(uint32_t i, uint32_t j) {

@@ -14,6 +14,10 @@
 
 namespace drape {
 
+// Triangles of a patch at most. More: coarser boxes, and more of a cloth that is folded counts as
+// near; fewer: a deeper tree, and more pairs of neighbours.
+inline constexpr size_t kPatchTriangles = 8;
+
 // A connected handful of triangles. Each vertex and edge with a triangle belongs to one patch.
 // Ranges of the lists of ContactSurface.
 struct ContactPatch {

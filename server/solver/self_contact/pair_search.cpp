@@ -140,13 +140,14 @@ void PairSearch<V>::Collect(uint32_t p, const Box<V>& near, NearPrimitives& foun
 }
 
 template <class V>
-void PairSearch<V>::Find(const PatchPair& patches, Real reach,
-                         std::vector<CandidatePair<V>>& pairs) {
+typename PairSearch<V>::Real PairSearch<V>::Find(const PatchPair& patches, Real reach,
+                                                 std::vector<CandidatePair<V>>& pairs, Real far) {
   const auto [first, second] = patches;
   pairs_ = &pairs;
   reach_ = reach;
+  others_ = std::max(reach, far);
   thickness_ = thicknesses_.Of(*surface_, first, second);
-  margin_ = Splat<V>(thickness_ + reach);
+  margin_ = Splat<V>(thickness_ + others_);
   const ContactNeighbours* const neighbours = surface_->Neighbours(first, second);
   may_be_near_at_rest_ =
       neighbours == nullptr
@@ -163,6 +164,7 @@ void PairSearch<V>::Find(const PatchPair& patches, Real reach,
     AddVertices(second_, first_);
   }
   AddEdges(patches);
+  return others_;
 }
 
 // Of vertices of the first and triangles of the second.
@@ -186,7 +188,9 @@ void PairSearch<V>::AddVertices(const NearPrimitives& first, const NearPrimitive
 // Of those with boxes near each other those that are near.
 template <class V>
 void PairSearch<V>::AddNear(PairKind kind) {
+  constexpr Real kMost = std::numeric_limits<Real>::max();
   const Real limit = thickness_ + reach_;
+  V others = V{} + kMost;  // distances
   const auto candidates = near_boxes_.entries();
   for (size_t begin = 0; begin < candidates.size(); begin += kPairsSideBySide) {
     const size_t count = std::min(kPairsSideBySide, candidates.size() - begin);
@@ -196,12 +200,15 @@ void PairSearch<V>::AddNear(PairKind kind) {
     }
     const auto difference = Closest<V>(kind, CornersOf(pairs, positions_.data())).difference;
     const V distances = RootOf(Dot(difference, difference));
-    const uint32_t near = BitsOf(distances <= limit) & ((1u << count) - 1);
+    const auto are_near = distances <= limit;
+    const uint32_t near = BitsOf(are_near) & ((1u << count) - 1);
+    others = Smaller(others, are_near ? V{} + kMost : distances);
     for (uint32_t bits = near; bits != 0; bits &= bits - 1) {
       const int lane = std::countr_zero(bits);
       Add(kind, *pairs[lane], distances[lane]);
     }
   }
+  for (int lane = 0; lane < 4; ++lane) others_ = std::min(others_, others[lane] - thickness_);
 }
 
 template <class V>
@@ -227,7 +234,10 @@ template <class V>
 void PairSearch<V>::Add(PairKind kind, const std::array<uint32_t, 4>& particles, Real distance) {
   const auto touch = static_cast<Real>(
       TouchDistance_m(*surface_, kind, particles, double{thickness_}, may_be_near_at_rest_));
-  if (distance > touch + reach_) return;
+  if (distance > touch + reach_) {
+    others_ = std::min(others_, distance - touch);
+    return;
+  }
   pairs_->push_back({particles, kind, touch, distance});
 }
 

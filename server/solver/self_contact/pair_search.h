@@ -48,8 +48,10 @@ class PairSearch {
   // Primitives without a common vertex of the two patches are no nearer than this [m].
   Real Gap(const PatchPair& patches);
   // Adds every such pair that is no farther than the distance at which it touches and `reach` [m],
-  // always in the same order.
-  void Find(const PatchPair& patches, Real reach, std::vector<CandidatePair<V>>& pairs);
+  // always in the same order. How much farther than that all others are at least [m]: at most
+  // `far`, or `reach` if that is larger.
+  Real Find(const PatchPair& patches, Real reach, std::vector<CandidatePair<V>>& pairs,
+            Real far = 0);
 
  private:
   // Of a patch what is near a box: places in its lists.
@@ -82,6 +84,7 @@ class PairSearch {
   NearPrimitives first_, second_;
   FilteredList<std::array<uint32_t, 4>> near_boxes_;  // pairs with boxes near each other
   Real thickness_ = 0, reach_ = 0;
+  Real others_ = 0;  // what Find returns
   V margin_{};
   bool may_be_near_at_rest_ = false;
   std::vector<CandidatePair<V>>* pairs_ = nullptr;

@@ -45,6 +45,10 @@ class PatchSearch {
   // large cloth would fill the memory.
   bool Find(const ContactSurface& surface, const SearchState<V>& state, Real thickness,
             std::vector<PatchPair>& pairs);
+  // By how much two patches of the last search may come nearer within its time, drift apart [m].
+  Real Approach(const PatchPair& pair) const {
+    return Length(Approach(patches_[pair.first].velocities, patches_[pair.second].velocities));
+  }
 
  private:
   struct NodeState {

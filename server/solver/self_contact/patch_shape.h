@@ -6,6 +6,7 @@
 #include <cmath>
 #include <span>
 
+#include "server/solver/self_contact/closest_side_by_side.h"
 #include "server/solver/self_contact/contact_surface.h"
 #include "server/solver/self_contact/vectors.h"
 
@@ -29,34 +30,71 @@ struct PatchShape {
   ScalarOf<V> height_share;
 };
 
+// Of four triangles; those of no area have the normal 0.
+template <class V>
+struct FourTriangles {
+  FourPoints<V> normals;
+  V height_shares;  // of the height above the longest edge at rest
+};
+
+template <class V>
+FourTriangles<V> ShapeOf(const FourPoints<V>& a, const FourPoints<V>& b, const FourPoints<V>& c,
+                         const V& rest_heights) {
+  const V zero{};
+  const auto to_b = b - a, to_c = c - a, across = to_c - to_b;
+  const FourPoints<V> cross = {to_b.y * to_c.z - to_b.z * to_c.y, to_b.z * to_c.x - to_b.x * to_c.z,
+                               to_b.x * to_c.y - to_b.y * to_c.x};
+  const V double_areas = RootOf(Dot(cross, cross));
+  const V longest = RootOf(Larger(Larger(Dot(to_b, to_b), Dot(to_c, to_c)), Dot(across, across)));
+  const V units = rest_heights * longest;
+  const auto has_area = double_areas > 0;
+  const FourPoints<V> directions = cross / double_areas;
+  return {{has_area ? directions.x : zero, has_area ? directions.y : zero,
+           has_area ? directions.z : zero},
+          units > 0 ? double_areas / units : zero};
+}
+
 template <class V>
 PatchShape<V> ShapeOf(const ContactSurface& surface, const ContactPatch& patch,
                       std::span<const V> positions) {
   using Real = ScalarOf<V>;
+  constexpr size_t kFours = kPatchTriangles / kPairsSideBySide;
+  const std::span<const uint32_t> triangles = surface.triangles_of(patch);
+  std::array<FourPoints<V>, kFours> normals;
   PatchShape<V> result;
-  std::array<V, 16> normals{};
-  size_t count = 0;
   V sum{};
   result.height_share = 1;
-  for (const uint32_t t : surface.triangles_of(patch)) {
-    const auto& [i, j, k] = surface.triangles()[t];
-    const V a = positions[i];
-    const V to_j = positions[j] - a, to_k = positions[k] - a, across = to_k - to_j;
-    const V cross = Cross(to_j, to_k);
-    const Real double_area = Length(cross);
-    const Real longest =
-        std::sqrt(std::max({SquaredLength(to_j), SquaredLength(to_k), SquaredLength(across)}));
-    const auto rest_m = static_cast<Real>(surface.rest_height_m(t));
-    const Real unit = rest_m * longest;
-    result.height_share = std::min(result.height_share, unit > 0 ? double_area / unit : Real{0});
-    normals[count] = double_area > 0 ? V(cross / double_area) : V{};
-    sum += normals[count++];
+  for (size_t begin = 0; begin < triangles.size(); begin += kPairsSideBySide) {
+    const size_t count = std::min(kPairsSideBySide, triangles.size() - begin);
+    const auto triangle = [&](size_t lane) { return triangles[begin + std::min(lane, count - 1)]; };
+    const auto corner = [&](size_t k) {
+      const auto of = [&](size_t lane) {
+        return positions[surface.triangles()[triangle(lane)][k]];
+      };
+      return Transposed(of(0), of(1), of(2), of(3));
+    };
+    const auto height = [&](size_t lane) {
+      return static_cast<Real>(surface.rest_height_m(triangle(lane)));
+    };
+    const FourTriangles<V> four =
+        ShapeOf(corner(0), corner(1), corner(2), V{height(0), height(1), height(2), height(3)});
+    const FourPoints<V>& n = normals[begin / kPairsSideBySide] = four.normals;
+    for (size_t lane = 0; lane < count; ++lane) {
+      sum += V{n.x[lane], n.y[lane], n.z[lane], 0};
+      result.height_share = std::min(result.height_share, four.height_shares[lane]);
+    }
   }
   const Real length = Length(sum);
   result.axis = length > 0 ? V(sum / length) : V{};
   result.min_cosine = 1;
-  for (size_t k = 0; k < count; ++k) {
-    result.min_cosine = std::min(result.min_cosine, Dot(normals[k], result.axis));
+  const V zero{};
+  const FourPoints<V> axis = {zero + result.axis[0], zero + result.axis[1], zero + result.axis[2]};
+  for (size_t begin = 0; begin < triangles.size(); begin += kPairsSideBySide) {
+    // Lanes behind the last triangle are like it.
+    const V cosines = Dot(normals[begin / kPairsSideBySide], axis);
+    for (int lane = 0; lane < 4; ++lane) {
+      result.min_cosine = std::min(result.min_cosine, cosines[lane]);
+    }
   }
   return result;
 }

@@ -27,6 +27,13 @@ constexpr size_t kMostPairsPerParticle = 200;
 // The way of a substep is expected to be this many times that of the one before [-]. Larger: more
 // pairs are looked at; smaller: pairs are found too late for impulses, and the guard has to push.
 constexpr double kWayMargin = 1.25;
+// A search of which the fastest particles would use up the way within a step is first tried for the
+// whole step, if they do so at most this many times [-]. Larger: searches in vain where something
+// touches; smaller: cloth that swings fast is looked at several times.
+constexpr double kWholeStep = 4;
+// Pairs of patches, for each patch, of which a search looks whether they are near after all [-].
+// Larger: takes longer where something touches; smaller: waves cost what contacts do.
+constexpr double kMostLookedAt = 1;
 // Normals are found again after this time [s], or sooner where a pair comes near.
 constexpr double kNormalAge_s = 1.0 / 800;
 // Searches within one substep that pushes have led too far before all particles move alike [-].
@@ -43,6 +50,7 @@ bool SelfContacts<V>::Begin(const ContactSurface& surface, const StepNumbers<V>&
   substep_ = 0;
   substeps_left_ = 0;
   drift_scale_ = 1;
+  has_found_nothing_ = true;
   is_crossing_.clear();
   active_.clear();
   active_lists_.clear();
@@ -66,6 +74,17 @@ bool SelfContacts<V>::Begin(const ContactSurface& surface, const StepNumbers<V>&
 }
 
 template <class V>
+std::optional<typename SelfContacts<V>::Expectation> SelfContacts<V>::ExpectNothing(
+    const ContactSurface& surface, const StepNumbers<V>& numbers, std::span<const V> positions,
+    std::span<const V> velocities) {
+  Begin(surface, numbers, false, positions);
+  substep_ = 1;
+  Search(positions, Smoothed(velocities), numbers.substeps);
+  if (!has_found_nothing_) return std::nullopt;
+  return Expectation{found_velocities_, drift_, substep_s_};
+}
+
+template <class V>
 void SelfContacts<V>::Find(std::span<const V> positions, std::span<const V> velocities) {
   ++substep_;
   hardest_hit_ = 0;
@@ -82,7 +101,8 @@ void SelfContacts<V>::Find(std::span<const V> positions, std::span<const V> velo
   if (lists_.empty()) return;
   if (has_searched) lists_.MeasureWays([&](uint32_t i) { return V(substep_s_ * velocities[i]); });
   Wake(positions, {.factor = static_cast<Real>(kWayMargin),
-                   .addend = numbers_.gravity * substep_s_ * substep_s_});
+                   .addend = numbers_.gravity * substep_s_ * substep_s_,
+                   .substeps = numbers_.substeps - substep_ + 1});
 }
 
 // Neighbours that flutter against each other stay where they are: the mean over them tells better
@@ -118,9 +138,28 @@ void SelfContacts<V>::Search(std::span<const V> positions, std::span<const V> ve
                                     std::max(speed, std::numeric_limits<Real>::min()));
   const uint32_t rest = std::min(numbers_.substeps - substep_ + 1, most_substeps);
   const Real wanted = std::min(longest / substep_s_, static_cast<Real>(rest));
-  substeps_left_ = std::max(1u, static_cast<uint32_t>(wanted));
+  const uint32_t planned = std::max(1u, static_cast<uint32_t>(wanted));
   since_search_ = 0;
-  const Real duration = static_cast<Real>(substeps_left_) * substep_s_;
+  // Where nothing touches in the whole step there is nothing else to do in it.
+  const bool is_whole = rest == numbers_.substeps;
+  if (!is_whole || wanted * static_cast<Real>(kWholeStep) < static_cast<Real>(rest) ||
+      !FindPatches(rest)) {
+    if (!is_whole || planned < rest) FindPatches(planned);
+  }
+  has_found_nothing_ &= has_all_patches_ && patch_pairs_.empty() && substeps_left_ == rest;
+  if (!has_all_patches_) patch_pairs_.clear();
+  const std::span<const uint32_t> places = lists_.Replace(patch_pairs_);
+  for (uint32_t& list : active_lists_) {
+    if (list != ContactLists<V>::kGone) list = places[list];
+  }
+  has_all_pairs_ = has_all_patches_;
+}
+
+// For so many substeps. Whether there are none.
+template <class V>
+bool SelfContacts<V>::FindPatches(uint32_t substeps) {
+  substeps_left_ = substeps;
+  const Real duration = static_cast<Real>(substeps) * substep_s_;
   drift_ =
       drift_scale_ * (static_cast<Real>(kDriftThickness) * numbers_.thicknesses.most +
                       static_cast<Real>(kDriftEdge) * numbers_.edge_length +
@@ -128,12 +167,25 @@ void SelfContacts<V>::Search(std::span<const V> positions, std::span<const V> ve
   has_all_patches_ =
       search_.Find(*surface_, {found_positions_, found_velocities_, duration, drift_},
                    numbers_.thicknesses.most, patch_pairs_);
-  if (!has_all_patches_) patch_pairs_.clear();
-  const std::span<const uint32_t> places = lists_.Replace(patch_pairs_);
-  for (uint32_t& list : active_lists_) {
-    if (list != ContactLists<V>::kGone) list = places[list];
-  }
-  has_all_pairs_ = has_all_patches_;
+  if (has_all_patches_ && substeps == numbers_.substeps) DropFarPatches();
+  return has_all_patches_ && patch_pairs_.empty();
+}
+
+// Neighbours in waves are not flat, and yet far from each other. Where there are few such pairs,
+// and the search is for the whole step, they are worth a look: without any the step is over.
+template <class V>
+void SelfContacts<V>::DropFarPatches() {
+  const auto most =
+      static_cast<size_t>(kMostLookedAt * static_cast<double>(surface_->patches().size()));
+  if (patch_pairs_.empty() || patch_pairs_.size() > most) return;
+  pair_search_.Begin(*surface_, found_positions_, numbers_.thicknesses);
+  std::erase_if(patch_pairs_, [&](const PatchPair& pair) {
+    const Real reach = drift_ + search_.Approach(pair);
+    const Real thickness = numbers_.thicknesses.Of(*surface_, pair.first, pair.second);
+    if (pair_search_.Gap(pair) > thickness + reach) return true;
+    near_pairs_.clear();
+    return pair_search_.Find(pair, 0, near_pairs_, reach) >= reach && near_pairs_.empty();
+  });
 }
 
 template <class V>
@@ -301,6 +353,7 @@ bool SelfContacts<V>::Guard(const typename PlanarGuard<V>::Motion& motion) {
     if (!std::isfinite(drift)) return false;  // the cloth will be faulted
     const bool has_drifted = drift > drift_;
     if (has_drifted) {
+      has_found_nothing_ = false;
       if (round > kMostSearches) return GuardFar(motion);
       drift_scale_ = std::min(drift_scale_ * static_cast<Real>(kDriftGrowth),
                               static_cast<Real>(kMaxDriftScale));
@@ -320,7 +373,8 @@ bool SelfContacts<V>::Guard(const typename PlanarGuard<V>::Motion& motion) {
     if (!has_all_pairs_) return GuardFar(motion);
     if (lists_.empty() && !has_drifted) break;
     lists_.MeasureWays([&](uint32_t i) { return V(motion.ends[i] - motion.starts[i]); });
-    const bool has_more = Wake(motion.starts, {.guards = true});
+    const bool has_more =
+        Wake(motion.starts, {.guards = true, .substeps = numbers_.substeps - substep_ + 1});
     if (!has_all_pairs_) return GuardFar(motion);
     if (round > 0 && !has_drifted && !has_more) break;
     if (round > kMostSearches) return GuardFar(motion);

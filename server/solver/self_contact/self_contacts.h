@@ -4,12 +4,14 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <vector>
 
 #include "server/solver/self_contact/contact_lists.h"
 #include "server/solver/self_contact/contact_pair.h"
 #include "server/solver/self_contact/contact_surface.h"
+#include "server/solver/self_contact/pair_search.h"
 #include "server/solver/self_contact/patch_search.h"
 #include "server/solver/self_contact/planar_guard.h"
 
@@ -59,6 +61,22 @@ class SelfContacts {
   bool Begin(const ContactSurface& surface, const StepNumbers<V>& numbers, bool may_cross,
              std::span<const V> positions);
 
+  // What is expected of a step in which nothing can touch, as long as no particle is farther from
+  // where its velocity takes it than `drift`, relative to any other, at the end of any substep.
+  struct Expectation {
+    std::span<const V> velocities;  // [particle_count] [m/s]
+    Real drift;                     // [m]
+    Real substep_s;                 // [s]
+  };
+  // Of a step that begins here, in which nothing crosses; none: something may touch. Nothing else
+  // needs to be done in a step that keeps to it: no other function would change anything.
+  std::optional<Expectation> ExpectNothing(const ContactSurface& surface,
+                                           const StepNumbers<V>& numbers,
+                                           std::span<const V> positions,
+                                           std::span<const V> velocities);
+  // Whether the step under way, or the last one, has kept to such an expectation.
+  bool has_found_nothing() const { return has_found_nothing_; }
+
   // Begins a substep from this state.
   void Find(std::span<const V> positions, std::span<const V> velocities);
   // One sweep over the pairs; the particles are predicted at base + interval u, from `starts`.
@@ -84,6 +102,9 @@ class SelfContacts {
   std::span<const V> Smoothed(std::span<const V> velocities);
   // Pairs of patches, for at most so many substeps.
   void Search(std::span<const V> positions, std::span<const V> velocities, uint32_t most_substeps);
+  bool FindPatches(uint32_t substeps);
+  // Drops pairs of patches that turn out to be too far apart for the time of the search.
+  void DropFarPatches();
   // How far particles are from where the search expected them, relative to each other [m]; infinite
   // for states that are not finite.
   Real DriftOf(std::span<const V> positions) const;
@@ -106,6 +127,8 @@ class SelfContacts {
   uint32_t substep_ = 0;           // the one under way, from 1
   std::vector<bool> is_crossing_;  // of particles of edges and triangles that crossed; or empty
   PatchSearch<V> search_;
+  PairSearch<V> pair_search_;
+  std::vector<CandidatePair<V>> near_pairs_;
   std::vector<PatchPair> patch_pairs_;
   ContactLists<V> lists_;
   std::vector<uint32_t> active_;        // pairs of the substep
@@ -118,6 +141,7 @@ class SelfContacts {
   std::vector<V> found_positions_, found_velocities_;
   uint32_t substeps_left_ = 0;  // that it is for
   Real since_search_ = 0;       // [s] at the start of the substep
+  bool has_found_nothing_ = false;
   bool has_all_patches_ = true;
   bool has_all_pairs_ = true;
   Real drift_scale_ = 1;

@@ -3,7 +3,8 @@ and sheets of other simulators.
 
 Writes results/MACHINE.md and the tables beside it. With --quick: few calls, no other simulators, results printed only.
 With --case NAME: that comparison alone, printed only; `pictures` is one of pictures, `impulses` of steps that tell
-their impulses, `viewer` of windows of `drape.viewer`, `peers` of other simulators.
+their impulses, `viewer` of windows of `drape.viewer`, `large` of large answers in one message and in chunks, `peers` of
+other simulators.
 """
 
 import argparse
@@ -18,7 +19,8 @@ import sys
 import time
 
 import numpy as np
-import peers  # beside this file
+import peers  # these two are beside this file
+from large_answers import large
 
 import drape
 from drape import ClothSpec, Grid, Pin, StepSettings
@@ -221,11 +223,13 @@ def write_csv(path, rows):
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--quick", action="store_true")
-    parser.add_argument("--case", choices=[*(case[0] for case in CASES), "pictures", "impulses", "viewer", "peers"], default="")
+    parser.add_argument("--case", choices=[*(case[0] for case in CASES), "pictures", "impulses", "viewer", "large", "peers"],
+                        default="")
     arguments = parser.parse_args()
     with drape.launch("cpu") as client:
         device = client.info.device
-        of_case = {"pictures": pictures, "impulses": impulses, "viewer": viewer, "peers": of_peers}.get(arguments.case)
+        of_case = {"pictures": pictures, "impulses": impulses, "viewer": viewer, "large": large,
+                   "peers": of_peers}.get(arguments.case)
         clients = of_case(client) if of_case else compare(client, arguments.quick, arguments.case)
     if arguments.case:
         print(f"{device}; load average {os.getloadavg()[0]:.1f}\n\n{table(clients)}")

@@ -12,6 +12,7 @@ import json
 import pathlib
 import subprocess
 import sys
+import tempfile
 import time
 
 HERE = pathlib.Path(__file__).resolve()
@@ -124,7 +125,8 @@ def of_all(python, server_cpu_s):
     """Rows of all; `python`: the interpreter that has MuJoCo and Newton."""
     rows = list(by_drape(server_cpu_s))
     for flag in ("--mujoco", "--newton"):
-        done = subprocess.run([python, "-B", HERE, flag], check=True, stdout=subprocess.PIPE, text=True)
+        with tempfile.TemporaryDirectory() as folder:  # MuJoCo writes a log where it runs
+            done = subprocess.run([python, "-B", HERE, flag], check=True, stdout=subprocess.PIPE, text=True, cwd=folder)
         rows += json.loads(done.stdout.splitlines()[-1])
     return rows
 

@@ -74,6 +74,8 @@ class _Connection(ConnectionBase):
             await asyncio.sleep(pause_s)
             if sink is not None and call.rest is not None:
                 request = call.rest()
+            elif sink is not None and call.clear is not None:
+                call.clear()
 
     async def _read(self, of, call, tries, request):
         under_way = self._sending(of, call, tries, request)
@@ -112,14 +114,17 @@ class Pipeline(PipelineBase):
         self._give_up()
 
     async def _next(self):
-        try:
-            response = await self._answers.read()
-        except grpc.RpcError as error:
-            self._give_up()
-            raise self._cloths._connection.error_of(error, self._cloths._session._route) from None
-        if response is grpc.aio.EOF:
-            raise self._ended()
-        return self._arrived(response)
+        answer = None
+        while answer is None:
+            try:
+                response = await self._answers.read()
+            except grpc.RpcError as error:
+                self._give_up()
+                raise self._cloths._connection.error_of(error, self._cloths._session._route) from None
+            if response is grpc.aio.EOF:
+                raise self._ended()
+            answer = self._arrived(response)
+        return answer
 
     async def __aenter__(self):
         return self

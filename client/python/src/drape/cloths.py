@@ -14,8 +14,8 @@ from .pipeline import Pipeline
 from .rollout import rollout
 from .streams import Frames, Run
 
-# Larger answers are read as a stream of chunks of 1 MiB into one array: a single message of 12 MB takes twice the time.
-_STREAM_ABOVE_BYTES = 2 << 20
+# Larger states come in chunks of 1 MiB into one array: a single message of 12 MB takes longer (`./run bench python`).
+_CHUNKS_ABOVE_BYTES = 1 << 20
 _VECTORS = ("gravity_m_per_s2", "wind_m_per_s")
 
 
@@ -92,22 +92,18 @@ class ClothsBase(Controls):
         if rows is not None and not len(rows):
             return self._nothing()
         wanted = states.view_of(view)
-        streams = (wanted is not None and not wanted.encoding and not wanted.reductions
-                   and self._answer_bytes(wanted, rows) > _STREAM_ABOVE_BYTES)
-        request = self._step_request(steps, None if streams else wanted, report, rows, until, expected)
+        request = self._step_request(steps, wanted, report, rows, until, expected)
         request.request_id = request_id
         request.grip_states = grips or impulses
         request.impulses = impulses
         self._forget_states()  # also if the step fails: it may be done in part
-        response = yield Unary("Step", request, self._session._route, timeout_s)
-        answer = self._take(response, rows, request)
-        if streams:
-            read = yield from self._read(wanted.positions or not wanted.velocities, wanted.velocities,
-                                         wanted.particles or None, ids, timeout_s=timeout_s)
-            if not np.array_equal(read.step_count, answer.step_count):
-                raise errors.Aborted("somebody else has stepped these cloths meanwhile", reason="STATE_MOVED")
-            answer.time_s, answer.positions, answer.velocities = read.time_s, read.positions, read.velocities
-        return answer
+        reader = self._reader_of(wanted, rows)
+        if reader is None:
+            response = yield Unary("Step", request, self._session._route, timeout_s)
+        else:
+            yield Reading("StepInChunks", request, self._session._route, reader.take, timeout_s, clear=reader.clear)
+            response = reader.response
+        return self._take(response, rows, request, reader)
 
     def _read(self, positions: bool = True, velocities: bool = False, particles=None, ids=None, out=None,
               timeout_s: float | None = None) -> Operation[states.States]:
@@ -340,11 +336,17 @@ class ClothsBase(Controls):
     def _nothing(self):
         return states.Answer(np.empty(0, np.intp), np.empty(0, np.uint64), np.empty(0))
 
-    def _answer_bytes(self, view, rows):
+    def _reader_of(self, view, rows):
+        """What joins the messages of an answer with so large states; None: it comes in one message."""
+        if view is None:
+            return None
         per_cloth = len(view.particles) or self.particles
-        kinds = max(1, view.positions + view.velocities)
+        kinds = view.positions + view.velocities or (0 if view.reductions else 1)
+        itemsize = 2 if view.encoding else self._session.dtype.itemsize
         count = self.num if rows is None else len(rows)
-        return count * per_cloth * 3 * self._session.dtype.itemsize * kinds
+        if count * per_cloth * 3 * itemsize * kinds <= _CHUNKS_ABOVE_BYTES:
+            return None
+        return states.StepReader(self._ids_list(rows), per_cloth)
 
     def _step_request(self, steps, view, report, rows, until, expected):
         request = v1.StepRequest(session=self._session.name, report=report, view=view, expected_step=expected)
@@ -358,7 +360,7 @@ class ClothsBase(Controls):
         self._pending.take(request, self.ids, rows, self.num)
         return request
 
-    def _take(self, response, rows, request):
+    def _take(self, response, rows, request, reader=None):
         """The answer to a step; also what the batch knows from it."""
         every = self._every(rows)
         answer = states.Answer(every, np.array(response.steps, np.uint64), timing=response.timing,
@@ -375,8 +377,9 @@ class ClothsBase(Controls):
             answer.grips = states.Grips.of(response.grips, len(every))
         if request.impulses:
             answer.impulses = states.Impulses.of(response, self._ids_list(rows))
-        if response.HasField("states"):
-            arrays, answer.time_s = states.blocks_of(response.states, self._ids_list(rows))
+        if reader is not None or response.HasField("states"):
+            arrays, answer.time_s = (states.blocks_of(response.states, self._ids_list(rows)) if reader is None
+                                     else reader.blocks())
             for name, array in arrays.items():
                 setattr(answer, name, array)
             self._remember(answer, rows, is_whole=not request.view.particles and not request.view.encoding)

@@ -184,6 +184,8 @@ class Connection(ConnectionBase):
             time.sleep(pause_s)
             if sink is not None and call.rest is not None:
                 request = call.rest()
+            elif sink is not None and call.clear is not None:
+                call.clear()
 
     def _read(self, of, call, tries, request):
         answers = self._sending(of, call, tries, request)

@@ -33,7 +33,7 @@ class Unary(NamedTuple):
 
 class Reading(NamedTuple):
     """One request, a stream of answers, each of which is given to `sink`. rest: the request for what has not come, when
-    the stream was cut; None: all of it comes again."""
+    the stream was cut; None: all of it comes again, after `clear`."""
 
     method: str
     request: Any
@@ -41,6 +41,7 @@ class Reading(NamedTuple):
     sink: Callable[[Any], None]
     timeout_s: float | None = None
     rest: Callable[[], Any] | None = None
+    clear: Callable[[], None] | None = None
 
 
 Operation = Generator[Any, Any, R]

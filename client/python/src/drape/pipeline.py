@@ -37,17 +37,26 @@ class PipelineBase:
         rows = columns.rows_of(ids, cloths.num)
         if rows is not None and not len(rows):
             raise errors.bad_field("ids", "nothing is selected")
-        request = cloths._step_request(steps, states.view_of(view), report, rows, None, None)
+        view = states.view_of(view)
+        request = cloths._step_request(steps, view, report, rows, None, None)
+        reader = cloths._reader_of(view, rows)
+        request.in_chunks = reader is not None
         cloths._forget_states()
-        self._under_way.append((rows, request))
+        self._under_way.append((rows, request, reader))
         return request
 
     def _is_full(self):
         return len(self._under_way) >= self._depth
 
     def _arrived(self, response):
-        rows, request = self._under_way.popleft()
-        answer = self._cloths._take(response, rows, request)
+        """The answer, if this message was the last one of it."""
+        rows, request, reader = self._under_way[0]
+        if reader is not None:
+            if reader.take(response):
+                return None
+            response = reader.response
+        self._under_way.popleft()
+        answer = self._cloths._take(response, rows, request, reader)
         if self._under_way:  # what the batch knows would be older than what is under way
             self._cloths._forget_states()
         return answer
@@ -84,14 +93,17 @@ class Pipeline(PipelineBase):
         return (iter(self._requests.get, None),)
 
     def _next(self):
-        try:
-            response = next(self._answers)
-        except StopIteration:
-            raise self._ended() from None
-        except grpc.RpcError as error:
-            self._give_up()
-            raise self._cloths._connection.error_of(error, self._cloths._session._route) from None
-        return self._arrived(response)
+        answer = None
+        while answer is None:
+            try:
+                response = next(self._answers)
+            except StopIteration:
+                raise self._ended() from None
+            except grpc.RpcError as error:
+                self._give_up()
+                raise self._cloths._connection.error_of(error, self._cloths._session._route) from None
+            answer = self._arrived(response)
+        return answer
 
     def __enter__(self) -> Pipeline:
         return self

@@ -65,7 +65,7 @@ def is_repeatable(call):
     if call.method in _IDEMPOTENT or getattr(call.request, "request_id", ""):
         return True
     request = call.request
-    return (call.method == "Step" and (request.HasField("expected_step") or request.HasField("until_step"))
+    return (call.method in ("Step", "StepInChunks") and (request.HasField("expected_step") or request.HasField("until_step"))
             and not any(request.HasField(name) for name in _APPLIED))
 
 

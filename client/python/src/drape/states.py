@@ -109,8 +109,8 @@ def _by_cloth(rows, values, count):
 
 @dataclasses.dataclass
 class Answer(States):
-    """What a step of m cloths brought. `positions` and `velocities` are read-only views of the received bytes; every
-    answer has its own, so keeping one is safe.
+    """What a step of m cloths brought. `positions` and `velocities` are read-only: views of the received bytes, above 1 MiB
+    arrays made of chunks; every answer has its own, so keeping one is safe.
 
     With a view of an encoding: FLOAT16 brings float16 arrays, positions in the environments, and origins, float64[m, 3],
     to be added; FIXED16 brings positions as float32 in the world, off by 1/131 068 of the longest side of a cloth's box,
@@ -160,6 +160,22 @@ def pack(array):
     raise errors.bad_field("array", f"float32, float64 or uint32 is needed, got {array.dtype}")
 
 
+_CLOTHS_AT_ONCE = 64
+# Of one number or vector per cloth: what they are called here, their column, their shape.
+_PER_CLOTH = (("origins", "origins_m", (3,)), ("position_steps", "position_steps_m", ()), *_REDUCTIONS)
+
+
+def _decoded(found):
+    """The same by the fields of an Answer: positions of the encoding FIXED16 become numbers of metres."""
+    if "position_steps" in found:
+        steps, origins, numbers = found.pop("position_steps"), found.pop("origins"), found["positions"]
+        found["positions"] = np.empty(numbers.shape, np.float32)
+        for at in range(0, len(numbers), _CLOTHS_AT_ONCE):  # in double precision, a few at a time
+            some = slice(at, at + _CLOTHS_AT_ONCE)
+            found["positions"][some] = origins[some, None] + steps[some, None, None] * numbers[some]
+    return found
+
+
 def blocks_of(chunk, ids):
     """Arrays of a chunk that holds the cloths `ids` (a list) whole and of equal size, by the fields of an Answer; and the
     times."""
@@ -168,15 +184,11 @@ def blocks_of(chunk, ids):
         if chunk.HasField(column):
             rows = unpack(getattr(chunk, column))
             found[name] = rows.reshape(len(ids), -1, 3)
-    if chunk.origins_m:
-        found["origins"] = np.array(chunk.origins_m).reshape(-1, 3)
-    if chunk.position_steps_m:
-        steps = np.array(chunk.position_steps_m)[:, None, None]
-        found["positions"] = (found.pop("origins")[:, None] + steps * found["positions"]).astype(np.float32)
-    for name, column, shape in _REDUCTIONS:
+    for name, column, shape in _PER_CLOTH:
         values = getattr(chunk, column)
         if values:
             found[name] = np.array(values).reshape(len(ids), *shape)
+    found = _decoded(found)
     if list(chunk.cloth_ids) != ids:
         place = {cloth: k for k, cloth in enumerate(chunk.cloth_ids)}
         order = [place[cloth] for cloth in ids]
@@ -185,23 +197,19 @@ def blocks_of(chunk, ids):
     return found, np.array(chunk.times_s)
 
 
-class StateReader:
-    """Collects the chunks of one ReadStates into whole arrays; `sink` takes each chunk."""
+class _Chunks:
+    """Collects the chunks of the cloths `ids`, of `particles` rows each, into whole arrays; `sink` takes each chunk."""
 
-    def __init__(self, ids, particles, names, dtype, out):
+    def __init__(self, ids, particles):
         self._place = {cloth: k for k, cloth in enumerate(ids)}
+        self._shape = (len(ids), particles, 3)
         self.step_count = np.zeros(len(ids), np.uint64)
         self.time_s = np.zeros(len(ids))
-        shape = (len(ids), particles, 3)
         self.arrays = {}
-        for name in names:
-            array = out.get(name)
-            if array is None:
-                array = np.empty(shape, dtype)
-            elif array.shape != shape or array.dtype != dtype or not array.flags.writeable:
-                raise errors.bad_field(f"out[{name}]", f"must be a writeable {dtype} array of shape {shape}, got "
-                                                       f"{array.dtype} of shape {array.shape}")
-            self.arrays[name] = array
+
+    def _array(self, name, packed):
+        """Where the rows of a column go; None: nowhere."""
+        raise NotImplementedError
 
     def sink(self, chunk):
         places = [self._place[cloth] for cloth in chunk.cloth_ids]
@@ -211,8 +219,12 @@ class StateReader:
         self.time_s[places] = chunk.times_s
         counts, firsts = list(chunk.particle_counts), list(chunk.first_particles)
         first, last = places[0], places[-1]
-        for name, array in self.arrays.items():
-            rows = unpack(getattr(chunk, _COLUMNS[name]))
+        for name, column in _COLUMNS.items():
+            packed = getattr(chunk, column)
+            array = self._array(name, packed) if chunk.HasField(column) else None
+            if array is None:
+                continue
+            rows = unpack(packed)
             whole = counts == [array.shape[1]] * len(counts)
             if whole and places == list(range(first, last + 1)):
                 array[first:last + 1] = rows.reshape(len(places), -1, 3)
@@ -222,3 +234,70 @@ class StateReader:
                 at = firsts[k] if firsts else 0
                 array[place, at:at + counts[k]] = rows[begin:begin + counts[k]]
                 begin += counts[k]
+        self._take_numbers(chunk, places)
+
+    def _take_numbers(self, chunk, places):
+        """What is one number or vector of each cloth."""
+
+
+class StateReader(_Chunks):
+    """Collects the chunks of one ReadStates."""
+
+    def __init__(self, ids, particles, names, dtype, out):
+        super().__init__(ids, particles)
+        shape = self._shape
+        for name in names:
+            array = out.get(name)
+            if array is None:
+                array = np.empty(shape, dtype)
+            elif array.shape != shape or array.dtype != dtype or not array.flags.writeable:
+                raise errors.bad_field(f"out[{name}]", f"must be a writeable {dtype} array of shape {shape}, got "
+                                                       f"{array.dtype} of shape {array.shape}")
+            self.arrays[name] = array
+
+    def _array(self, name, packed):
+        return self.arrays.get(name)
+
+
+class StepReader(_Chunks):
+    """Joins the messages of one answer to a step in chunks; `take` takes each of them. response: all but the states."""
+
+    def __init__(self, ids, particles):
+        super().__init__(ids, particles)
+        self.response = None
+
+    def clear(self):
+        """The answer comes again, from the beginning."""
+        self.response = None
+
+    def take(self, part):
+        """False: that was the last one."""
+        if part.HasField("states"):
+            self.sink(part.states)
+            part.ClearField("states")
+        if self.response is None:
+            self.response = part
+        else:
+            self.response.MergeFrom(part)
+        return part.continues
+
+    def blocks(self):
+        """The arrays by the fields of an Answer, read-only, and the times."""
+        found = _decoded(self.arrays)
+        for array in found.values():
+            array.flags.writeable = False
+        return found, self.time_s
+
+    def _array(self, name, packed):
+        if name not in self.arrays:
+            dtype = _DTYPES.get(packed.data_type) or _ENCODED[packed.data_type]
+            self.arrays[name] = np.empty(self._shape, dtype)
+        return self.arrays[name]
+
+    def _take_numbers(self, chunk, places):
+        for name, column, shape in _PER_CLOTH:
+            values = getattr(chunk, column)
+            if values:
+                if name not in self.arrays:
+                    self.arrays[name] = np.empty((self._shape[0], *shape))
+                self.arrays[name][places] = np.array(values).reshape(len(places), *shape)

@@ -113,6 +113,43 @@ float EdgeLength(SteppedCloths cloths) {
   return sum / static_cast<float>(ParticlesOf(cloths));
 }
 
+void PrepareMemory(StepScratch& scratch) {
+  if (scratch.self_contacts == nullptr) {
+    scratch.self_contacts = std::make_shared<SelfContactMemory>();
+  }
+}
+
+// What the step needs to know, in the memory of the cloths.
+self_contact::StepNumbers<Vec4> NumbersOf(SteppedCloths cloths) {
+  SelfContactMemory& memory = MemoryOf(cloths);
+  memory.pulls.clear();
+  if (AreAskedForImpulses(cloths)) memory.pulls.resize(ParticlesOf(cloths));
+  memory.pulls_in_memory = memory.pulls;
+  memory.thicknesses.clear();
+  memory.frictions.clear();
+  for (const SteppedCloth& cloth : cloths) {
+    const SelfContactNumbers& numbers = cloth.context.controls.contact;
+    memory.thicknesses.push_back(static_cast<float>(numbers.thickness_m));
+    memory.frictions.push_back({static_cast<float>(numbers.friction_static),
+                                static_cast<float>(numbers.friction_dynamic)});
+  }
+  const FloatControls& controls = cloths[0].context.controls;
+  return {.thicknesses = {std::ranges::max(memory.thicknesses), memory.thicknesses},
+          .frictions = memory.frictions,
+          .depenetration_speed = static_cast<float>(kMaxDepenetrationSpeed_m_per_s),
+          .gravity = Largest(cloths, [](const auto& its) { return Length(its.controls.gravity); }),
+          .slowest_landing =
+              Largest(cloths, [](const auto& its) { return its.controls.slowest_landing; }),
+          .grazing_sine = static_cast<float>(kGrazingSine),
+          .touch_round_offs = static_cast<float>(kTouchRoundOffs),
+          .edge_length = EdgeLength(cloths),
+          .time_step = controls.time_step,
+          .substeps = controls.plan.schedule.size(),
+          .has_two_steps = controls.plan.solver.has_two_steps,
+          .inverse_masses = InverseMasses(cloths, memory.world.inverse_masses),
+          .pulls = {memory.pulls, memory.pulls_in_memory}};
+}
+
 // Positions at the start of the substep.
 std::span<const Vec4> Starts(SteppedCloths cloths) {
   if (cloths.size() > 1) return MemoryOf(cloths).starts;
@@ -126,41 +163,31 @@ std::span<const Vec4> Starts(SteppedCloths cloths) {
 void BeginSelfContacts(SteppedCloths cloths) {
   if (!DoTouch(cloths)) return;
   const StepContext& first = cloths[0].context;
-  if (first.scratch.self_contacts == nullptr) {
-    first.scratch.self_contacts = std::make_shared<SelfContactMemory>();
-  }
+  PrepareMemory(first.scratch);
   SelfContactMemory& memory = MemoryOf(cloths);
-  memory.pulls.clear();
-  if (AreAskedForImpulses(cloths)) memory.pulls.resize(ParticlesOf(cloths));
-  memory.pulls_in_memory = memory.pulls;
-  memory.thicknesses.clear();
-  memory.frictions.clear();
   bool may_cross = false;
-  for (const SteppedCloth& cloth : cloths) {
-    const SelfContactNumbers& numbers = cloth.context.controls.contact;
-    memory.thicknesses.push_back(static_cast<float>(numbers.thickness_m));
-    memory.frictions.push_back({static_cast<float>(numbers.friction_static),
-                                static_cast<float>(numbers.friction_dynamic)});
-    may_cross |= cloth.context.may_cross_itself;
-  }
-  const FloatControls& controls = first.controls;
-  const self_contact::StepNumbers<Vec4> step{
-      .thicknesses = {std::ranges::max(memory.thicknesses), memory.thicknesses},
-      .frictions = memory.frictions,
-      .depenetration_speed = static_cast<float>(kMaxDepenetrationSpeed_m_per_s),
-      .gravity = Largest(cloths, [](const auto& its) { return Length(its.controls.gravity); }),
-      .slowest_landing =
-          Largest(cloths, [](const auto& its) { return its.controls.slowest_landing; }),
-      .grazing_sine = static_cast<float>(kGrazingSine),
-      .touch_round_offs = static_cast<float>(kTouchRoundOffs),
-      .edge_length = EdgeLength(cloths),
-      .time_step = controls.time_step,
-      .substeps = controls.plan.schedule.size(),
-      .has_two_steps = controls.plan.solver.has_two_steps,
-      .inverse_masses = InverseMasses(cloths, memory.world.inverse_masses),
-      .pulls = {memory.pulls, memory.pulls_in_memory}};
-  memory.contacts.Begin(*first.contact_surface, step, may_cross,
+  for (const SteppedCloth& cloth : cloths) may_cross |= cloth.context.may_cross_itself;
+  memory.contacts.Begin(*first.contact_surface, NumbersOf(cloths), may_cross,
                         Gather(cloths, true, Positions, memory.starts));
+}
+
+std::optional<ExpectedFlight> ExpectNoContacts(const StepContext& context,
+                                               const FloatState& state) {
+  PrepareMemory(context.scratch);
+  FloatState unused;
+  SteppedCloth cloth{context, false, unused};
+  const uint32_t count = context.model.particle_count;
+  const auto expected =
+      MemoryOf({&cloth, 1})
+          .contacts.ExpectNothing(*context.contact_surface, NumbersOf({&cloth, 1}),
+                                  std::span(state.positions).first(count),
+                                  std::span(state.velocities).first(count));
+  if (!expected) return std::nullopt;
+  return ExpectedFlight{expected->velocities, expected->drift, expected->substep_s};
+}
+
+bool FoundNoContacts(const StepScratch& scratch) {
+  return scratch.self_contacts != nullptr && scratch.self_contacts->contacts.has_found_nothing();
 }
 
 bool StartsCrossing(SteppedCloths cloths, size_t index) {

@@ -3,9 +3,11 @@
 // solved one after the other.
 #pragma once
 
+#include <optional>
 #include <vector>
 
 #include "server/solver/cpu/alone/stepped_cloth.h"
+#include "server/solver/cpu/step/expected_flight.h"
 #include "server/solver/self_contact/self_contacts.h"
 
 namespace drape::cpu {
@@ -25,6 +27,14 @@ struct SelfContactMemory {
   std::vector<Vec4> pulls, pulls_in_memory;
   WorldVectors world;  // of several cloths
 };
+
+// Whether the cloth touches nothing in the step that is to begin, as far as one can see, and if it
+// flies as the result says, which is valid until the working memory of `context` is used again. If
+// so, and the cloth does, the stages below would change nothing. It crosses nothing now, and makes
+// two steps (server/solver/method.md).
+std::optional<ExpectedFlight> ExpectNoContacts(const StepContext& context, const FloatState& state);
+// Whether the last step with this working memory found what ExpectNoContacts looks for.
+bool FoundNoContacts(const StepScratch& scratch);
 
 // Before the first substep, on the states that it starts with.
 void BeginSelfContacts(SteppedCloths cloths);

@@ -11,6 +11,7 @@
 #include <hwy/base.h>
 
 #include "server/solver/cpu/formulas/constraint_math-inl.h"
+#include "server/solver/cpu/side_by_side/flight-inl.h"
 #include "server/solver/cpu/side_by_side/state-inl.h"
 
 HWY_BEFORE_NAMESPACE();
@@ -45,7 +46,7 @@ void PredictPins(const GroupContext& context) {
   PlaceOwnPins(context);
 }
 
-void IntegratePins(const GroupContext& context) {
+void IntegratePins(GroupContext& context) {
   const FloatSubstep& substep = context.substep;
   for (size_t k = 0; k < context.pin_count(); ++k) {
     ClothParticle& pin = PinAt(context, k);
@@ -53,6 +54,10 @@ void IntegratePins(const GroupContext& context) {
     pin.p = substep.pin_shares == 1 ? context.pin_targets[k] : pin.p + pin.u * substep.interval;
   }
   PlaceOwnPins(context);
+  if (context.flight.expected == nullptr) return;
+  for (const uint32_t pin : context.model.pins) {
+    SeeEnd(context.flight, pin, context.particles[pin].p);
+  }
 }
 
 // The free particles begin the substep (Bender et al. 2009, section 3.1, eq. 2): the velocities
@@ -183,6 +188,7 @@ class Integration {
   explicit Integration(GroupContext& context)
       : range_(context.range),
         is_held_(context.is_held),
+        flight_(context.flight.expected != nullptr ? &context.flight : nullptr),
         watches_(context.reach.WatchesEnds(context.max_iterations)),
         is_two_step_(context.open.ended.is_two_step),
         has_spring_forces_(context.controls.plan.solver.has_spring_forces),
@@ -193,6 +199,7 @@ class Integration {
   HWY_INLINE void operator()(uint32_t i, VectorsCloths& p, VectorsCloths& v) const {
     Assign(p, p + v * interval_);
     if (watches_) is_held_ &= Holds(range_, p);
+    if (flight_ != nullptr) SeeEnd(*flight_, i, p);
     if (is_two_step_) return;
     Assign(v, v + (has_spring_forces_ ? accelerations_[i] * half_interval_ : kick_));
   }
@@ -200,6 +207,7 @@ class Integration {
  private:
   const ClothBox& range_;
   MaskCloths& is_held_;
+  ClothFlight* const flight_;
   const bool watches_;
   const bool is_two_step_;
   const bool has_spring_forces_;
@@ -290,6 +298,7 @@ void Tether(GroupContext& context) {
 
 void Integrate(GroupContext& context) {
   Settle(context);
+  NextFlightSubstep(context.flight);
   IntegratePins(context);
   context.open.integrate = true;
   context.open.ended = context.substep;

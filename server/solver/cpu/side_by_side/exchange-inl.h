@@ -135,6 +135,25 @@ void GatherRanges(std::span<const ColliderReach> reaches, GroupContext& context)
   context.range = {LoadVectors(lows, 0), LoadVectors(highs, 0)};
 }
 
+void GatherFlights(std::span<const GroupCloth> cloths, GroupScratch& scratch,
+                   GroupContext& context) {
+  if (!cloths[0].flight) return;
+  ClothFlight& flight = context.flight;
+  flight.expected = scratch.flight.Reserve<ClothParticle>(context.model.particle_count);
+  flight.substep_s = cloths[0].flight->substep_s;
+  const Vec4* velocities[kClothCount];
+  alignas(64) float drifts[kClothCount];
+  for (size_t lane = 0; lane < kClothCount; ++lane) {
+    const ExpectedFlight& its = *cloths[std::min(lane, cloths.size() - 1)].flight;
+    velocities[lane] = its.velocities.data();
+    drifts[lane] = its.drift;
+  }
+  flight.drift = LoadCloths(drifts);
+  for (size_t i = 0; i < context.model.particle_count; ++i) {
+    flight.expected[i] = {context.particles[i].p, LoadVectors(velocities, i)};
+  }
+}
+
 // States and pin targets into the lanes; lanes without a cloth are like the last one.
 void Gather(std::span<const GroupCloth> cloths, const GroupContext& context) {
   const Vec4* positions[kClothCount];

@@ -4,12 +4,14 @@
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <vector>
 
 #include "server/solver/cpu/side_by_side/pin_lists.h"
 #include "server/solver/cpu/simd/simd_memory.h"
 #include "server/solver/cpu/step/collider_reach.h"
+#include "server/solver/cpu/step/expected_flight.h"
 #include "server/solver/cpu/step/refine.h"
 #include "server/solver/cpu/step/step_context.h"
 #include "server/solver/step_report.h"
@@ -20,6 +22,7 @@ namespace drape::cpu {
 struct GroupScratch {
   SimdMemory particles;       // [particle_count + 1] position, velocity
   SimdMemory previous;        // the same of the state before, two steps only
+  SimdMemory flight;          // [particle_count] expected position at the start, velocity
   SimdMemory pin_targets;     // [pin_count]
   PinLists pin_lists;         // these only if the cloths hold different particles (OwnPins)
   SimdMemory inverse_masses;  // [particle_count + 1]
@@ -61,8 +64,12 @@ struct GroupCloth {
   StepContext context;
   bool measure;
   FloatState& state;
+  // Of a cloth that may touch itself, but is expected not to. All cloths of a group have one, or
+  // none has; those that have hold the same particles.
+  std::optional<ExpectedFlight> flight{};
   StepReport report{};
   bool has_gained_energy = false;  // not stepped: it is to be by StepCalmer
+  bool has_left_flight = false;    // not stepped: it is to be by StepCloth
 };
 
 // Whether the cloths have one model.

@@ -15,6 +15,7 @@
 #include "server/solver/cpu/side_by_side/contacts-inl.h"
 #include "server/solver/cpu/side_by_side/elastic_lines-inl.h"
 #include "server/solver/cpu/side_by_side/exchange-inl.h"
+#include "server/solver/cpu/side_by_side/flight-inl.h"
 #include "server/solver/cpu/side_by_side/kicks-inl.h"
 #include "server/solver/cpu/side_by_side/own_elements-inl.h"
 #include "server/solver/cpu/side_by_side/own_pins-inl.h"
@@ -76,6 +77,7 @@ void StepSideBySide(std::span<GroupCloth> cloths, GroupScratch& scratch) {
   GroupContext context(cloths, scratch);
   const FloatControls& controls = context.controls;
   Gather(cloths, context);
+  GatherFlights(cloths, scratch, context);
   GatherOwnPins(cloths, context);
   GatherOwnElements(cloths, scratch, context);
   GatherColliders(cloths, context);
@@ -99,9 +101,14 @@ void StepSideBySide(std::span<GroupCloth> cloths, GroupScratch& scratch) {
   }
   if (scratch.results.size() < cloths.size()) scratch.results.resize(cloths.size());
   const uint32_t may_have_fault = Scatter(context, std::span(scratch.results).first(cloths.size()));
+  JudgeFlight(context.flight);
+  const uint32_t have_left_flight =
+      context.flight.expected != nullptr ? may_have_fault | ~BitsOf(context.flight.is_kept) : 0;
   if (context.reach.has_far) ScatterReaches(context, reaches);
   for (size_t lane = 0; lane < cloths.size(); ++lane) {
     GroupCloth& cloth = cloths[lane];
+    cloth.has_left_flight = (have_left_flight >> lane & 1) != 0;
+    if (cloth.has_left_flight) continue;
     FloatState& working = cloth.context.scratch.state;
     std::swap(working, scratch.results[lane]);
     if (cloth.measure) ScatterImpulses(context, lane, cloth.context.scratch);
@@ -162,7 +169,7 @@ LaneSupport SupportedLanes() {
 bool FitsLanes(const FloatModel& model, const FloatControls& controls) {
   const size_t particles = model.particle_count;
   if (particles > kMaxLaneParticles) return false;
-  if (controls.touches_itself || controls.has_bodies) return false;
+  if (controls.has_bodies) return false;
   if (particles * controls.colliders.size() > kMaxLaneContacts) return false;
   const auto is_map = [](const FloatCollider& collider) {
     return collider.kind == ShapeKind::kDistanceMap;
@@ -179,13 +186,15 @@ void StepCloths(std::span<GroupCloth> cloths, GroupScratch& scratch) {
   scratch.repeats += lanes.size();
   std::vector<GroupCloth> again;
   for (const size_t lane : lanes) {
-    again.push_back({cloths[lane].context, cloths[lane].measure, cloths[lane].state});
+    again.push_back(
+        {cloths[lane].context, cloths[lane].measure, cloths[lane].state, cloths[lane].flight});
     ReachAll(again.back().context, scratch.reaches[again.size() - 1]);
   }
   HWY_DYNAMIC_DISPATCH(StepSideBySide)(again, scratch);
   for (size_t k = 0; k < lanes.size(); ++k) {
     cloths[lanes[k]].report = again[k].report;
     cloths[lanes[k]].has_gained_energy = again[k].has_gained_energy;
+    cloths[lanes[k]].has_left_flight = again[k].has_left_flight;
   }
 }
 

@@ -29,9 +29,9 @@ inline constexpr size_t kMaxLaneContacts = size_t{1} << 18;  // particles * coll
 // nothing that only StepCloth knows.
 bool FitsLanes(const FloatModel& model, const FloatControls& controls);
 // Steps every cloth once as StepCloth does, but for those that have gained energy
-// (GroupCloth::has_gained_energy). At most lane_count cloths, all of them fit for lanes
-// pairwise alike (LaneKey); numbers may differ. Thread-safe for different cloths and working
-// memory.
+// (GroupCloth::has_gained_energy) or left their expected flight (has_left_flight). At most
+// lane_count cloths, all of them fit for lanes pairwise alike (LaneKey); numbers may differ.
+// Thread-safe for different cloths and working memory.
 void StepCloths(std::span<GroupCloth> cloths, GroupScratch& scratch);
 
 }  // namespace drape::cpu

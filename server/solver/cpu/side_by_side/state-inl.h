@@ -65,6 +65,17 @@ HWY_INLINE MaskCloths Holds(const ClothBox& box, const VectorsCloths& place) {
          ((place.z >= box.low.z) & (box.high.z >= place.z));
 }
 
+// ExpectedFlight of each cloth.
+struct ClothFlight {
+  ClothParticle* expected = nullptr;  // null: nobody asks; p at the start of the step, velocity
+  VecCloths drift = SplatCloths(0);
+  float substep_s = 0;
+  float since_start = 0;                                  // at the start of the substep [s]
+  float time = 0;                                         // at its end
+  ClothBox drifts{};                                      // of the particles that have ended it
+  MaskCloths is_kept = SplatCloths(0) >= SplatCloths(0);  // in all substeps that have ended
+};
+
 using PairLinkSolution = StripLinkSolution<VecPair, VectorsPair>;
 
 // Stages of free particles that are due but not done, in their order: each changes a particle by
@@ -265,6 +276,7 @@ struct GroupContext {
   ClothBox range{};                                       // ColliderReach::range
   MaskCloths is_held = SplatCloths(0) >= SplatCloths(0);  // of those that have not left it
   FloatSubstep substep{};                                 // the one under way, but for the damping
+  ClothFlight flight{};
   MaskCloths is_running{};  // those whose sweeps go on; the others stay as they are
   OpenStages open{};
   GroupImpulses* given = nullptr;  // null: nobody asks for impulses
