@@ -88,7 +88,7 @@ Status CheckStillFits(const ClothRecord& cloth, const ClothDescription& before,
 // model; `rows` hold its positions if it gets other pins.
 Result<PlannedUpdate> Plan(const ClothRecord& cloth, const ClothChange& change, size_t index,
                            const ChangedModel* changed, const PositionRows& rows,
-                           const ModelRules& rules) {
+                           const BackendDescription& backend, const ModelRules& rules) {
   const auto before = cloth.description();
   DRAPE_RETURN_IF_ERROR(CheckStillFits(cloth, *before, changed, rules));
   DRAPE_ASSIGN_OR_RETURN(ClothParameters parameters,
@@ -109,11 +109,11 @@ Result<PlannedUpdate> Plan(const ClothRecord& cloth, const ClothChange& change, 
   if (changed != nullptr) {
     after->model_description = changed->description;
     after->model = changed->model;
-    after->plan = changed->plan;
     plan.write.model = after->model;
     plan.undo.model = before->model;
     PlanLengths(*cloth.runtime, change, *after->model, plan);
   }
+  after->plan = backend.plan_of(*after->model, after->parameters.self_collision.has_value());
   if (change.pins) {
     const double now_s = cloth.runtime->now().time_s;
     after->pins = PinsOf(model, *change.pins);
@@ -192,12 +192,13 @@ Status UpdateOnDevice(Backend& backend, std::span<const std::shared_ptr<ClothRec
   DRAPE_RETURN_IF_ERROR(CheckWholeWorlds(cloths, change));
   StateColumns state;
   if (change.pins) state = backend.Read({handles, true, false});
+  const BackendDescription description = backend.Describe();
   std::vector<PlannedUpdate> plans;
   PositionRows rows{state.positions_m};
   for (size_t k = 0; k < cloths.size(); ++k) {
-    DRAPE_ASSIGN_OR_RETURN(
-        PlannedUpdate plan,
-        Plan(*cloths[k], change, k, models.empty() ? nullptr : &models[k], rows, rules));
+    DRAPE_ASSIGN_OR_RETURN(PlannedUpdate plan,
+                           Plan(*cloths[k], change, k, models.empty() ? nullptr : &models[k], rows,
+                                description, rules));
     plans.push_back(std::move(plan));
     rows.first_row += cloths[k]->runtime->particle_count();
   }

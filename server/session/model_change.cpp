@@ -89,7 +89,7 @@ Result<ChangedModel> Build(const std::shared_ptr<const ModelDescription>& before
   }
   auto model = SceneModel::Build(*description, LimitsFor(change, rules.limits));
   if (!model.ok()) return Below("spec", model.status());
-  return ChangedModel{before, std::move(description), models.Share(*model), {}};
+  return ChangedModel{before, std::move(description), models.Share(*model)};
 }
 
 }  // namespace

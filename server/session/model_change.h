@@ -4,7 +4,6 @@
 #include <functional>
 #include <memory>
 #include <span>
-#include <string>
 #include <vector>
 
 #include "server/session/cloth_record.h"
@@ -18,7 +17,6 @@ struct ChangedModel {
   std::shared_ptr<const ModelDescription> before;
   std::shared_ptr<const ModelDescription> description;
   std::shared_ptr<const SceneModel> model;
-  std::string plan;  // BackendDescription::plan_of; the caller of BuildChangedModels sets it
 };
 
 // The rules that a changed model must obey.

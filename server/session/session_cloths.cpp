@@ -102,7 +102,7 @@ void Session::CreateCloths(ClothCreation creation,
   }
   const size_t per_slice = ClothsPerSlice(model->particle_count());
   auto start = StartOf(creation);
-  std::string plan = commons_->scheduler.description().plan_of(*model);
+  std::string plan = commons_->scheduler.description().plan_of(*model, TouchesItself(creation));
   auto maker = std::make_shared<ClothMaker>(std::move(creation), std::move(model), std::move(plan));
   const auto finish = [self = shared_from_this(), maker, start = std::move(start), done, cloths,
                        particles](Backend& backend, const Status& status) {
@@ -153,10 +153,11 @@ void Session::CheckCloths(ClothCreation creation, std::function<void(Result<Crea
                         uint64_t{creation.model->particle_count()} * creation.copies.size());
   }
   if (!status.ok()) return done(status);
-  done(CreatedCloths{.ids = {},
-                     .model = creation.model,
-                     .plan = commons_->scheduler.description().plan_of(*creation.model),
-                     .start = StartOf(creation)});
+  done(CreatedCloths{
+      .ids = {},
+      .model = creation.model,
+      .plan = commons_->scheduler.description().plan_of(*creation.model, TouchesItself(creation)),
+      .start = StartOf(creation)});
 }
 
 void Session::UpdateCloths(ClothList cloths, ClothChange change,
@@ -194,9 +195,6 @@ void Session::UpdateCloths(ClothList cloths, ClothChange change,
       return;
     }
     models = std::move(built).value();
-    for (ChangedModel& changed : models) {
-      changed.plan = commons_->scheduler.description().plan_of(*changed.model);
-    }
   }
   const Status status = commons_->scheduler.Post(
       [self = shared_from_this(), cloths = std::move(cloths), change = std::move(change),

@@ -21,7 +21,8 @@ Status Session::Adopt(std::vector<SavedCloth>& cloths) {
     std::shared_ptr<const SceneModel>& model = shared[description->model.get()];
     if (model == nullptr) model = commons_->models.Share(description->model);
     description->model = model;
-    description->plan = commons_->scheduler.description().plan_of(*model);
+    description->plan = commons_->scheduler.description().plan_of(
+        *model, description->parameters.self_collision.has_value());
     if (!description->parameters.colliders.empty()) description->map_charges = charges;
     cloth.description = std::move(description);
   }

@@ -29,7 +29,7 @@ Status Session::CheckWorld(const std::string& world, const SceneModel& model,
                            std::span<const StepSettings* const> settings) const {
   if (world.empty()) return Status::Ok();
   const BackendDescription& backend = commons_->scheduler.description();
-  if (!backend.has_self_collision) {
+  if (!backend.has_worlds) {
     return Status::InvalidField("world", "must be empty: the backend " + backend.name +
                                              " of this server has no worlds; servers with "
                                              "--backend=cpu or --backend=reference have");

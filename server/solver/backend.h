@@ -30,11 +30,12 @@ struct BackendDescription {
   ScalarType scalar = ScalarType::kFloat32;
   bool is_hardware_gpu = false;
   bool has_self_collision = false;  // ClothParameters::self_collision is supported
+  bool has_worlds = false;          // StepItem::world is: cloths that touch each other
   bool has_impulses = false;        // StepItem::impulses is
   bool has_bodies = false;          // Collider::is_body is: StepReport::bodies
-  // How a cloth of this model is stepped: "resident", "tiled", "lanes", "single", "scalar". Pure;
-  // any thread.
-  std::function<std::string(const SceneModel&)> plan_of;
+  // How a cloth of this model is stepped that touches itself or does not: "resident", "tiled",
+  // "lanes", "single", "scalar". Pure; any thread.
+  std::function<std::string(const SceneModel&, bool touches_itself)> plan_of;
   // Does what takes long in a first Create of such a cloth, programs to compile, so that the device
   // thread need not; nothing else depends on it. May take seconds. Any thread but the device
   // thread, also after the backend has ended. Empty: there is nothing of the kind.

@@ -52,7 +52,7 @@ struct StepNumbers {
   float energy_lag_root;     // [J^1/2]
   uint keeps_start_of_gain;  // a step that gains too much is not committed: it is done again
 
-  uint padding;  // to a multiple of a vec4
+  uint self_contacts;  // in Parameters: a SelfContactRecord; only with self-collision
 };
 
 struct ClothRecord {

@@ -40,6 +40,12 @@ struct ClothStatus {
   // Only if colliders are left out.
   uint range[DRAPE_RANGE_WORDS];  // of the particles when the step begins
   uint far_colliders;             // bits: colliders that no particle in the range touches
+
+  // Only with self-collision.
+  uint contact_pairs;    // the most pairs that a search has found
+  uint contacts_failed;  // pins may have forced a pair through itself
+  uint most_sweeps;      // of the substep, after the last sweep over the pairs
+  uint hit_sweeps;       // beyond max_iterations, over all substeps
 };
 
 #ifdef __cplusplus

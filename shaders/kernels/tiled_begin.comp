@@ -18,6 +18,12 @@ void main() {
     for (int k = 0; k < DRAPE_RANGE_WORDS; ++k) statuses[status_index].range[k] = 0u;
     statuses[status_index].far_colliders = 0u;
 #endif
+#ifdef HAS_FIND_SELF_CONTACTS
+    statuses[status_index].contact_pairs = 0u;
+    statuses[status_index].contacts_failed = 0u;
+    statuses[status_index].most_sweeps = 0u;
+    statuses[status_index].hit_sweeps = 0u;
+#endif
   }
   if (i >= cloth.particle_count) return;
   SetPosition(i, StateVector(cloth.positions + 3u * i));

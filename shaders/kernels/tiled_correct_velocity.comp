@@ -1,5 +1,5 @@
-// Kernel `tiled_correct_velocity`: stage correct_velocity where the stage solve_velocity is between it and
-// integrate. One invocation = one particle. Reads Scratch, Models, Parameters; writes Scratch
+// Kernel `tiled_correct_velocity`: stage correct_velocity where solve_velocity or guard_self_contacts is between it
+// and integrate. One invocation = one particle. Reads Scratch, Models, Parameters; writes Scratch
 // (velocities: v [m/s]).
 #include "stages/access_tiled.glsl"
 #include "stages/solve_contacts.glsl"

@@ -3,6 +3,7 @@
 // tolerance), and switches the indirect dispatches off when none is left. One work group; an invocation
 // takes every LOCAL_SIZE-th cloth. Writes Statuses, Dispatches.
 #include "stages/access_tiled.glsl"
+#include "stages/sweep_end.glsl"
 
 layout(local_size_x = LOCAL_SIZE) in;
 
@@ -18,7 +19,7 @@ bool EndSweep(uint item) {
   if (statuses[status_index].is_substep_done != 0u) return false;
   statuses[status_index].iterations += 1u;
   bool has_converged = statuses[status_index].sweep_changed == 0u;
-  bool is_last = sweep + 1u >= cloth.step.max_iterations;
+  bool is_last = IsBeyondSweeps(sweep + 1u);
   statuses[status_index].sweep_changed = 0u;
   if (!has_converged && is_last) statuses[status_index].unconverged_substeps += 1u;
   if (has_converged || is_last) statuses[status_index].is_substep_done = 1u;

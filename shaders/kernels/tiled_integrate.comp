@@ -1,5 +1,5 @@
 // Kernel `tiled_integrate`: stages integrate and, without solve_velocity
-// between them, correct_velocity. One invocation = one particle. Reads
+// or guard_self_contacts between them, correct_velocity. One invocation = one particle. Reads
 // Scratch, Models, Parameters; writes Scratch (positions [m], velocities: v [m/s], violations [m]).
 #include "stages/access_tiled.glsl"
 #include "stages/predict.glsl"
@@ -21,7 +21,7 @@ void main() {
   if (substep_index + 1u == cloth.step.substeps) StoreContactViolation(i);
 #endif
   IntegrateParticle(i);
-#ifndef HAS_SOLVE_VELOCITY
+#if !defined(HAS_SOLVE_VELOCITY) && !defined(HAS_GUARD_SELF_CONTACTS)
   CorrectVelocity(i);
 #endif
 }

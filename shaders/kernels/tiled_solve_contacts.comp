@@ -3,6 +3,7 @@
 // (sweep_changed).
 #include "stages/access_tiled.glsl"
 #include "stages/solve_contacts.glsl"
+#include "stages/sweep_end.glsl"
 
 layout(local_size_x = LOCAL_SIZE) in;
 
@@ -11,7 +12,7 @@ layout(location = DRAPE_UNIFORM_SWEEP) uniform uint sweep;
 
 void main() {
   OpenCloth(gl_WorkGroupID.y);
-  if (substep_index >= cloth.step.substeps || sweep >= cloth.step.max_iterations) return;
+  if (substep_index >= cloth.step.substeps || IsBeyondSweeps(sweep)) return;
 #ifdef HAS_TOLERANCE
   if (statuses[status_index].is_substep_done != 0u) return;
 #endif

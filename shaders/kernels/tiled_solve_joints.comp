@@ -3,6 +3,7 @@
 // [m/s], joint lambdas [N s]), Statuses (sweep_changed).
 #include "stages/access_tiled.glsl"
 #include "stages/solve_joints.glsl"
+#include "stages/sweep_end.glsl"
 
 layout(local_size_x = LOCAL_SIZE) in;
 
@@ -12,7 +13,7 @@ layout(location = DRAPE_UNIFORM_COLOUR) uniform uint colour;
 
 void main() {
   OpenCloth(gl_WorkGroupID.y);
-  if (substep_index >= cloth.step.substeps || sweep >= cloth.step.max_iterations) return;
+  if (substep_index >= cloth.step.substeps || IsBeyondSweeps(sweep)) return;
   if (colour >= cloth.joint_colour_count) return;
 #ifdef HAS_TOLERANCE
   if (statuses[status_index].is_substep_done != 0u) return;

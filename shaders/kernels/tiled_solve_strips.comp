@@ -2,6 +2,7 @@
 // Scratch; writes Scratch (velocities: u [m/s], lambdas [N s], links), Statuses (sweep_changed).
 #include "stages/access_tiled.glsl"
 #include "stages/solve_strips.glsl"
+#include "stages/sweep_end.glsl"
 
 layout(local_size_x = LOCAL_SIZE) in;
 
@@ -11,7 +12,7 @@ layout(location = DRAPE_UNIFORM_PHASE) uniform uint phase;
 
 void main() {
   OpenCloth(gl_WorkGroupID.y);
-  if (substep_index >= cloth.step.substeps || sweep >= cloth.step.max_iterations) return;
+  if (substep_index >= cloth.step.substeps || IsBeyondSweeps(sweep)) return;
   if (phase >= cloth.strip_phase_count) return;
 #ifdef HAS_TOLERANCE
   if (statuses[status_index].is_substep_done != 0u) return;

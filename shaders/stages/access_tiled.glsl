@@ -6,7 +6,7 @@
 #include "stages/buffers.glsl"
 
 // The barrier rule of the tiled plan: the host puts a memory barrier between any two dispatches; a
-// kernel has none but tiled_refine and tiled_find_range.
+// kernel has none but tiled_refine, tiled_find_range and those of self-contacts.
 
 uint status_index;
 

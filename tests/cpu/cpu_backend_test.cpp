@@ -19,12 +19,13 @@ TEST(CpuBackendTest, DescribesItself) {
   EXPECT_EQ(description.scalar, ScalarType::kFloat32);
   EXPECT_FALSE(description.is_hardware_gpu);
   EXPECT_TRUE(description.device.starts_with("3 cores, ")) << description.device;
-  EXPECT_EQ(
-      CreateCpuBackend({}, {.use_lanes = false})->Describe().plan_of(*test::SizedCloth(33).model),
-      "single");
+  EXPECT_EQ(CreateCpuBackend({}, {.use_lanes = false})
+                ->Describe()
+                .plan_of(*test::SizedCloth(33).model, false),
+            "single");
 #if defined(__x86_64__)
   EXPECT_TRUE(description.device.find(" lanes (") != std::string::npos) << description.device;
-  EXPECT_EQ(backend->Describe().plan_of(*test::SizedCloth(33).model), "lanes");
+  EXPECT_EQ(backend->Describe().plan_of(*test::SizedCloth(33).model, false), "lanes");
 #endif
 }
 

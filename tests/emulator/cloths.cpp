@@ -131,6 +131,35 @@ std::vector<EmulatedCloth> ResidentCloths() {
   return cloths;
 }
 
+// Thrown together, so that it crumples: pairs, pushes of the guard, zones, and a search in the
+// guard.
+Scene Crumpled(const std::string& name, Scene scene, double speed_m_per_s) {
+  scene = Named(name, std::move(scene));
+  scene.parameters.friction_static = scene.parameters.friction_dynamic = 0.3;
+  scene.parameters.self_collision.emplace().thickness_m = 0.01;
+  for (size_t i = 0; i < scene.state.positions_m.size(); ++i) {
+    // Two layers, half as wide, that fly at each other.
+    Vector3d& p = scene.state.positions_m[i];
+    const bool is_upper = p.x() > 0.25;
+    if (is_upper) p.x() = 0.5 - p.x();
+    p.y() += is_upper ? 0.02 : 0.0;
+    scene.state.velocities_m_per_s[i].y() += is_upper ? -speed_m_per_s : speed_m_per_s;
+  }
+  return scene;
+}
+
+std::vector<EmulatedCloth> TouchingCloths() {
+  std::vector<EmulatedCloth> cloths;
+  cloths.push_back({.scene = Crumpled("touches_itself", test::Grid(8, 5, 0.5, 0.3), 1)});
+  cloths.push_back(
+      {.scene = Crumpled("touches_itself_beside_pins", test::Grid(7, 5, 0.5, 0.3, {0, 6}), 20)});
+  Scene scene = InColours(
+      ByOneStep(Crumpled("touches_itself_by_one_step", test::MeshedGrid(7, 5, 0.5, 0.3, {2}), 5)));
+  cloths.push_back({.scene = std::move(scene)});
+  for (EmulatedCloth& cloth : cloths) cloth.scene.parameters.settings.substeps = 2;
+  return cloths;
+}
+
 std::vector<EmulatedCloth> TiledCloths() {
   constexpr Size kSize{33, 32};
   const StructuralMaterial fabric{.bending_rigidity_n_m = 1e-4, .shear_modulus_n_per_m = 20};

@@ -21,6 +21,8 @@ struct EmulatedCloth {
 std::vector<EmulatedCloth> ResidentCloths();
 // Of more particles than fit a work group.
 std::vector<EmulatedCloth> TiledCloths();
+// Small ones, which are tiled because they touch themselves.
+std::vector<EmulatedCloth> TouchingCloths();
 
 // All dispatches of its steps, measured ones, and of a read.
 std::vector<CapturedDispatch> DispatchesOf(const EmulatedCloth& cloth);

@@ -151,6 +151,11 @@ GLSL int findLSB(uint x) {
 GLSL int bitCount(uint x) {
   return std::popcount(x);
 }
+GLSL uint bitfieldReverse(uint x) {
+  uint reversed = 0;
+  for (int bit = 0; bit < 32; ++bit) reversed |= (x >> bit & 1u) << (31 - bit);
+  return reversed;
+}
 GLSL uint floatBitsToUint(Float x) {
   return std::bit_cast<uint>(x.v);
 }
@@ -239,6 +244,9 @@ GLSL uint atomicAdd(Word<uint>& w, uint v) {
 }
 GLSL uint atomicMax(Word<uint>& w, uint v) {
   return machine->Change(&w.bits, AtomicKind::kMax, v);
+}
+GLSL uint atomicMin(Word<uint>& w, uint v) {
+  return machine->Change(&w.bits, AtomicKind::kMin, v);
 }
 GLSL void barrier() {
   machine->Barrier(BarrierKind::kGroup, CallStack());

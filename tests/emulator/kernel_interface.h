@@ -7,7 +7,7 @@
 
 namespace drape::emulator {
 
-enum class AtomicKind : uint8_t { kOr, kAnd, kAdd, kMax };
+enum class AtomicKind : uint8_t { kOr, kAnd, kAdd, kMax, kMin };
 // Of the invocations of a work group, or of a subgroup of 32.
 enum class BarrierKind : uint8_t { kGroup, kSubgroup };
 enum class MemoryKind : uint8_t { kShared, kStorage };

@@ -283,6 +283,7 @@ uint32_t WorkGroups::Change(uint32_t* word, AtomicKind kind, uint32_t value) {
   if (kind == AtomicKind::kAnd) *word &= value;
   if (kind == AtomicKind::kAdd) *word += value;
   if (kind == AtomicKind::kMax) *word = std::max(*word, value);
+  if (kind == AtomicKind::kMin) *word = std::min(*word, value);
   return before;
 }
 

@@ -121,16 +121,16 @@ TEST_F(DeviceArraysTest, EqualModelObjectsAreUploadedOnce) {
   ModelStore store(&arena.value());
   const auto model = GridModel(8, 8, {0});
   {
-    const auto first = store.Acquire(model, false);
+    const auto first = store.Acquire(model, {});
     ASSERT_TRUE(first.ok());
     const uint64_t with_one = arena->free_words();
     EXPECT_LT(with_one, all_words);
-    const auto second = store.Acquire(model, false);
+    const auto second = store.Acquire(model, {});
     ASSERT_TRUE(second.ok());
     EXPECT_EQ(first.value(), second.value());
     EXPECT_EQ(arena->free_words(), with_one);
     EXPECT_EQ(Download(arena->buffer(), first.value()->words), PackModel(*model).words);
-    EXPECT_TRUE(store.Acquire(GridModel(8, 8, {0}), false).ok());
+    EXPECT_TRUE(store.Acquire(GridModel(8, 8, {0}), {}).ok());
   }
   EXPECT_EQ(arena->free_words(), all_words) << "the last cloth takes the model along";
 }

@@ -50,7 +50,7 @@ TEST(PackModelTest, TiledModelsHaveTwoWordsPerPair) {
 TEST(PackModelTest, TrianglesArePackedForClothsInTheAirOnly) {
   const auto model = GridModel(2, 2);  // triangles 0 2 1 and 1 2 3
   EXPECT_EQ(PackModel(*model).layout.triangles, 0u);
-  const PackedModel packed = PackModel(*model, /*has_air_forces=*/true);
+  const PackedModel packed = PackModel(*model, {.has_air_forces = true});
   const auto words = [&](uint32_t begin, size_t count) {
     return std::vector(packed.words.begin() + begin, packed.words.begin() + begin + count);
   };

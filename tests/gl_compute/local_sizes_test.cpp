@@ -14,6 +14,7 @@ constexpr LocalSizes AllOf(uint32_t all) {
           .resident_1024 = all,
           .tiled = all,
           .refine = all,
+          .contacts = all,
           .general = all};
 }
 
@@ -42,8 +43,8 @@ TEST(LocalSizesTest, SizesByCapacity) {
 TEST(LocalSizesTest, EveryRowIsWhatDevicesOffer) {
   for (const DeviceSizes& row : MeasuredLocalSizes()) {
     const LocalSizes& s = row.sizes;
-    for (const uint32_t size :
-         {s.resident_64, s.resident_256, s.resident_1024, s.tiled, s.refine, s.general}) {
+    for (const uint32_t size : {s.resident_64, s.resident_256, s.resident_1024, s.tiled, s.refine,
+                                s.contacts, s.general}) {
       EXPECT_TRUE(std::has_single_bit(size)) << row.renderer;
       EXPECT_LE(size, 1024u);
     }

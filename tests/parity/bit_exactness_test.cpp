@@ -289,7 +289,7 @@ TEST_P(BitExactnessTest, ACapOnSweepsIsThatSetting) {
   }
 }
 
-// Backends that have self-collision: alone, among others, and measured.
+// Alone, among others, and measured. Of gl: tests/gl_compute/self_contacts_test.cpp.
 TEST(SelfTouchingBits, DoNotDependOnTheBatch) {
   for (const std::string name : {"reference", "cpu"}) {
     const std::unique_ptr<Backend> backend = MakeBackend(name);

@@ -65,7 +65,7 @@ std::vector<Scene> Subjects() {
 // A dispatch cannot pause, and a resident step is one if it is short.
 bool MustPause(const Backend& backend, const Scene& scene) {
   const StepSettings& settings = scene.parameters.settings;
-  return backend.Describe().plan_of(*scene.model) != "resident" ||
+  return backend.Describe().plan_of(*scene.model, false) != "resident" ||
          settings.substeps * settings.max_iterations >= 6000;
 }
 

@@ -13,7 +13,7 @@ namespace {
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
-// gl refuses such cloths.
+// On llvmpipe, which takes a second for ten substeps of a heap, gl is for the long tests.
 class SelfCollision : public PhysicsTest {
  protected:
   void Change(ClothHandle cloth, const ClothParameters& parameters) {
@@ -36,6 +36,11 @@ class SelfCollision : public PhysicsTest {
 };
 INSTANTIATE_TEST_SUITE_P(Backends, SelfCollision, ::testing::Values("reference", "cpu"),
                          [](const auto& case_info) { return std::string(case_info.param); });
+INSTANTIATE_TEST_SUITE_P(GlLong, SelfCollision, ::testing::Values("gl"),
+                         [](const auto& case_info) { return std::string(case_info.param); });
+// Cheap ones, for every backend.
+class SelfCollisionEverywhere : public SelfCollision {};
+DRAPE_PHYSICS_TEST_ON_EVERY_BACKEND(SelfCollisionEverywhere);
 
 // Moves and turns the state, and shakes it by a tenth of a millimetre.
 void Place(Scene& scene, const Matrix3d& rotation, const Vector3d& shift, uint32_t seed) {
@@ -228,7 +233,7 @@ TEST_P(SelfCollision, ACrumplingSheetKeepsItsMomentumAndGainsNoEnergy) {
     for (Vector3d& v : scene.state.velocities_m_per_s) {
       v = Vector3d(component(random), component(random), component(random));
     }
-    if (backend_name() == "cpu") RoundToFloat(scene.state.velocities_m_per_s);
+    if (backend_name() != "reference") RoundToFloat(scene.state.velocities_m_per_s);
     const auto momentum = [&](const ParticleState& state) {
       Vector3d sum = Vector3d::Zero();
       for (uint32_t i = 0; i < scene.model->particle_count(); ++i) {
@@ -361,7 +366,7 @@ TEST_P(SelfCollision, WhatStartsCrossingStaysWholeAndWarns) {
 }
 
 // Where nothing comes near, the cloth is what it is without self-collision, to the bit.
-TEST_P(SelfCollision, ChangesNoBitWhereNothingIsNear) {
+TEST_P(SelfCollisionEverywhere, ChangesNoBitWhereNothingIsNear) {
   Scene scene = Grid(12, 12, 1, 1, {0, 11});
   Touch(scene);
   TouchItself(scene);

@@ -155,7 +155,7 @@ class FakeBackend final : public DeviceBackend {
             .device = "no device",
             .scalar = ScalarType::kFloat64,
             .is_hardware_gpu = false,
-            .plan_of = [](const SceneModel& model) {
+            .plan_of = [](const SceneModel& model, bool) {
               return model.pin_count() > 0 ? "pinned" : "free";
             }};
   }

@@ -167,8 +167,8 @@ TEST_P(Snapshots, RandomScenesGoOnElsewhereWithTheSameBits) {
   }
 }
 
-// Pins pull sheets through themselves (not on gl, which has no self-collision): what crosses, and
-// was not looked for, is part of the state.
+// Pins pull sheets through themselves (not on gl, where that takes llvmpipe minutes): what crosses,
+// and was not looked for, is part of the state.
 TEST_P(Snapshots, SheetsThatCrossThemselvesGoOnWithTheSameBits) {
   Side side(GetParam());
   constexpr uint32_t kTouchesItself = 3;

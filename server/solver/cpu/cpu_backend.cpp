@@ -69,9 +69,10 @@ class CpuBackend final : public Backend {
             .scalar = ScalarType::kFloat32,
             .is_hardware_gpu = false,
             .has_self_collision = true,
+            .has_worlds = true,
             .has_impulses = true,
             .has_bodies = true,
-            .plan_of = [plan = lane_count_ > 1 ? "lanes" : "single"](const SceneModel&) {
+            .plan_of = [plan = lane_count_ > 1 ? "lanes" : "single"](const SceneModel&, bool) {
               return plan;
             }};
   }

@@ -30,9 +30,10 @@ class ReferenceBackend final : public Backend {
             .scalar = ScalarType::kFloat64,
             .is_hardware_gpu = false,
             .has_self_collision = true,
+            .has_worlds = true,
             .has_impulses = true,
             .has_bodies = true,
-            .plan_of = [](const SceneModel&) { return "scalar"; }};
+            .plan_of = [](const SceneModel&, bool) { return "scalar"; }};
   }
 
   Result<ClothHandle> Create(std::shared_ptr<const SceneModel> model,

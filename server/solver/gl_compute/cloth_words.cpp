@@ -1,11 +1,14 @@
 #include "server/solver/gl_compute/cloth_words.h"
 
 #include <algorithm>
+#include <array>
+#include <bit>
 #include <utility>
 #include <vector>
 
 #include "server/core/check.h"
 #include "server/solver/gl_compute/packing.h"
+#include "server/solver/gl_compute/self_contact_words.h"
 #include "shaders/interface/bindings.h"
 
 namespace drape {
@@ -74,6 +77,15 @@ void ClothWords::WriteElastic(const GlCloth& cloth) {
   arena_.Write(
       cloth.parameter_words, cloth.parameter_layout.elastic_entries,
       PackElasticEntries(*cloth.model->model, cloth.plan.schedule.largest_force_interval_s2()));
+}
+
+void ClothWords::WriteSelfContacts(const GlCloth& cloth) {
+  if (!cloth.touches_itself()) return;
+  const auto words =
+      std::bit_cast<std::array<uint32_t, kSelfContactRecordWords>>(MakeSelfContactRecord(cloth));
+  arena_.Write(cloth.contact_words, 0, words);
+  if (cloth.crossing_flags.empty()) return;
+  arena_.Write(cloth.contact_words, kSelfContactRecordWords, cloth.crossing_flags);
 }
 
 void ClothWords::WriteLengths(const GlCloth& cloth, std::span<const uint32_t> starts) {

@@ -1,5 +1,5 @@
 // The words of a cloth in the block Parameters: pin targets, grips, colliders, motions, own rest
-// lengths.
+// lengths, self-contacts.
 #pragma once
 
 #include <cstdint>
@@ -25,6 +25,8 @@ class ClothWords {
   void WriteGrips(GlCloth& cloth, std::span<const Grip> grips);
   void WriteColliders(const GlCloth& cloth);
   void WriteElastic(const GlCloth& cloth);
+  // The SelfContactRecord of a cloth that touches itself, and its crossing flags.
+  void WriteSelfContacts(const GlCloth& cloth);
 
   // The own rest lengths before and at the end of the next step.
   void WriteLengths(const GlCloth& cloth, std::span<const uint32_t> starts);

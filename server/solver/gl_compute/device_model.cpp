@@ -6,6 +6,7 @@
 #include "server/solver/gl_compute/kernel_variant.h"
 #include "server/solver/gl_compute/packing.h"
 #include "server/solver/gl_compute/regular_strips.h"
+#include "server/solver/gl_compute/self_contact_words.h"
 #include "shaders/interface/bindings.h"
 
 namespace drape {
@@ -40,13 +41,13 @@ uint32_t KindWord(ElasticKind kind) {
   return DRAPE_ELASTIC_RODS;
 }
 
-void PackConstraints(const SceneModel& model, PackedModel& packed) {
+void PackConstraints(const SceneModel& model, bool is_resident, PackedModel& packed) {
   std::vector<uint32_t>& words = packed.words;
   packed.layout.colour_offsets = Position(words);
   words.insert(words.end(), model.colour_offsets().begin(), model.colour_offsets().end());
   packed.layout.pairs = Position(words);
   for (const DistanceConstraint& constraint : model.constraints()) {
-    if (IsResident(model)) {
+    if (is_resident) {
       words.push_back(constraint.i | constraint.j << 16);
     } else {
       words.push_back(constraint.i);
@@ -196,9 +197,9 @@ void PackTriangles(const SceneModel& model, PackedModel& packed) {
 
 }  // namespace
 
-PackedModel PackModel(const SceneModel& model, bool has_air_forces) {
+PackedModel PackModel(const SceneModel& model, const ModelUse& use) {
   PackedModel packed;
-  PackConstraints(model, packed);
+  PackConstraints(model, IsResident(model, use.surface != nullptr), packed);
   PackJoints(model, packed);
   packed.layout.masses = Position(packed.words);
   for (const double mass : model.masses_kg()) packed.words.push_back(FloatWord(mass));
@@ -210,23 +211,27 @@ PackedModel PackModel(const SceneModel& model, bool has_air_forces) {
   packed.words.insert(packed.words.end(), model.pins().begin(), model.pins().end());
   PackTethers(model, packed);
   PackStrips(model, packed);
-  if (has_air_forces) PackTriangles(model, packed);
+  if (use.has_air_forces) PackTriangles(model, packed);
+  if (use.surface != nullptr) packed.contacts = PackSurface(*use.surface, packed.words);
   return packed;
 }
 
 Result<std::shared_ptr<const DeviceModel>> ModelStore::Acquire(
-    std::shared_ptr<const SceneModel> model, bool has_air_forces) {
-  const std::pair key(static_cast<const SceneModel*>(model.get()), has_air_forces);
+    std::shared_ptr<const SceneModel> model, const ModelUse& use) {
+  const std::tuple key(static_cast<const SceneModel*>(model.get()), use.has_air_forces,
+                       use.surface != nullptr);
   const auto known = models_.find(key);
   if (known != models_.end()) {
     if (std::shared_ptr<const DeviceModel> on_device = known->second.lock()) return on_device;
   }
   std::erase_if(models_, [](const auto& entry) { return entry.second.expired(); });
-  PackedModel packed = PackModel(*model, has_air_forces);
+  PackedModel packed = PackModel(*model, use);
   Result<WordRange> range = arena_->Allocate(packed.words.size());
   if (!range.ok()) return range.status();
   auto on_device = std::make_shared<DeviceModel>();
   on_device->layout = packed.layout;
+  on_device->contacts = packed.contacts;
+  on_device->surface = use.surface;
   on_device->words = std::move(range).value();
   arena_->Write(on_device->words, 0, std::span<const uint32_t>(packed.words));
   on_device->colour_sizes = SizesOf(model->colour_offsets());

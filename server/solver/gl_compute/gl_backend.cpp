@@ -11,6 +11,7 @@
 #include "server/core/device_loss.h"
 #include "server/gl/device_copy.h"
 #include "server/solver/energy_watch.h"
+#include "server/solver/gl_compute/cloth_room.h"
 #include "server/solver/gl_compute/cloth_table.h"
 #include "server/solver/gl_compute/cloth_words.h"
 #include "server/solver/gl_compute/gl_cloth.h"
@@ -18,6 +19,7 @@
 #include "server/solver/gl_compute/gl_read.h"
 #include "server/solver/gl_compute/kernel_compiler.h"
 #include "server/solver/gl_compute/packing.h"
+#include "server/solver/gl_compute/self_contact_measures.h"
 #include "server/solver/gl_compute/step_batch.h"
 #include "server/solver/gl_compute/tiled_step.h"
 #include "server/solver/update_check.h"
@@ -32,8 +34,7 @@ class GlBackend final : public DeviceBackend {
  public:
   explicit GlBackend(GlDevice device)
       : device_(std::move(device)),
-        models_(&device_.arrays->models),
-        maps_(&device_.arrays->models),
+        rooms_(&device_),
         compiler_(std::make_shared<KernelCompiler>(
             device_.kernels.get(), device_.context->share_handle(), device_.traits)) {}
 
@@ -48,16 +49,19 @@ class GlBackend final : public DeviceBackend {
     const char* strips = IsReduction(strip_solve)                   ? ", strips by cyclic reduction"
                          : strip_solve == StripSolve::kFromBothEnds ? ", strips from both ends"
                                                                     : "";
-    return {
-        .name = "gl",
-        .device = context.renderer() + ", OpenGL " + context.version() + strips,
-        .scalar = ScalarType::kFloat32,
-        .is_hardware_gpu = !context.is_software(),
-        .plan_of = [](const SceneModel& model) { return IsResident(model) ? "resident" : "tiled"; },
-        .prepare =
-            [compiler = compiler_](const SceneModel& model, const ClothParameters& parameters) {
-              compiler->Prepare(model, parameters);
-            }};
+    return {.name = "gl",
+            .device = context.renderer() + ", OpenGL " + context.version() + strips,
+            .scalar = ScalarType::kFloat32,
+            .is_hardware_gpu = !context.is_software(),
+            .has_self_collision = true,
+            .plan_of =
+                [](const SceneModel& model, bool touches_itself) {
+                  return IsResident(model, touches_itself) ? "resident" : "tiled";
+                },
+            .prepare =
+                [compiler = compiler_](const SceneModel& model, const ClothParameters& parameters) {
+                  compiler->Prepare(model, parameters);
+                }};
   }
 
   Result<ClothHandle> Create(std::shared_ptr<const SceneModel> model,
@@ -75,23 +79,10 @@ class GlBackend final : public DeviceBackend {
   std::unique_ptr<PendingRead> BeginRead(const ReadRequest& request) override;
   std::shared_ptr<DeviceCopy> CopyOnDevice(const ReadRequest& request) override;
   Status Write(ClothHandle handle, const ClothUpdate& update) override;
+  bool MayCrossItself(ClothHandle handle) override { return cloths_.Find(handle).may_cross_itself; }
 
  private:
-  // The room on the device that a cloth needs for a model and parameters.
-  struct Room {
-    GlScheme scheme;
-    std::shared_ptr<const DeviceModel> model{};
-    std::vector<std::shared_ptr<const DeviceMap>> maps{};
-    WordRange parameter_words{};
-    shader::ParameterLayout parameter_layout{};
-  };
-  Status TakeScratch(const PlannedCloth& cloth, GlScheme& scheme);
-  Result<GlScheme> MakeScheme(const PlannedCloth& cloth);
-  Status TakeParameterWords(const PlannedCloth& cloth, Room& room);
-  Result<Room> MakeRoom(const std::shared_ptr<const SceneModel>& model,
-                        const ClothParameters& parameters,
-                        LengthSource lengths = LengthSource::kModel);
-  void Occupy(GlCloth& cloth, Room room, const ClothParameters& parameters);
+  void Occupy(GlCloth& cloth, ClothRoom room, const ClothParameters& parameters);
   // Targets of the pins of `model`: those that stay keep theirs, new ones start where they are.
   std::vector<uint32_t> CarryTargets(const GlCloth& cloth, const SceneModel& model);
   void WriteState(GlCloth& cloth, const ParticleState& state,
@@ -99,6 +90,12 @@ class GlBackend final : public DeviceBackend {
   // Between the usual scheme of a cloth and its calmer one.
   void UseCalmerScheme(ClothHandle handle);
   void UseUsualScheme(ClothHandle handle);
+  // What a step that must be done again needs.
+  void PrepareToStepAgain(ClothHandle handle);
+  std::vector<float> ReadPositions(const GlCloth& cloth);
+  // Of a cloth that touches itself and begins a step: what crosses.
+  void FindCrossingParts(GlCloth& cloth);
+  void MeasureSelfContacts(std::span<const StepItem> items, BatchReport& report);
   // Steps those of the items again that must be.
   void StepAgain(std::span<const StepItem> items, BatchReport& report);
   // What a step that begins is told; not of a faulted cloth.
@@ -115,8 +112,7 @@ class GlBackend final : public DeviceBackend {
   std::vector<StateColumn> ColumnsOf(const ReadRequest& request);
 
   GlDevice device_;
-  ModelStore models_;
-  MapStore maps_;
+  RoomMaker rooms_;
   GlClothTable cloths_;
   std::shared_ptr<KernelCompiler> compiler_;  // never used once this is destroyed
   // A step in pieces, and the lengths at which it began.
@@ -127,62 +123,7 @@ class GlBackend final : public DeviceBackend {
   std::unordered_map<ClothHandle, StepUnderWay> steps_under_way_;
 };
 
-Status GlBackend::TakeScratch(const PlannedCloth& cloth, GlScheme& scheme) {
-  const KernelVariant& variant = scheme.kernels->variant;
-  const PackedLayout layout = LayOutScratch(cloth, variant.is_tiled() || variant.is_in_parts());
-  Result<ScratchRange> scratch = device_.arrays->scratch.Allocate(layout.size);
-  if (!scratch.ok()) return scratch.status();
-  scheme.scratch = std::move(scratch).value();
-  scheme.scratch_layout = layout.layout;
-  return Status::Ok();
-}
-
-Result<GlScheme> GlBackend::MakeScheme(const PlannedCloth& cloth) {
-  DRAPE_ASSIGN_OR_RETURN(const KernelChoice chosen,
-                         ChooseKernels(cloth, device_.traits, [this](const KernelVariant& variant) {
-                           return device_.kernels->ForVariant(variant);
-                         }));
-  GlScheme scheme{.plan = cloth.plan,
-                  .kernels = chosen.kernels,
-                  .part_count = chosen.choice.part_count,
-                  .costs = chosen.choice.costs};
-  DRAPE_RETURN_IF_ERROR(TakeScratch(cloth, scheme));
-  return scheme;
-}
-
-Status GlBackend::TakeParameterWords(const PlannedCloth& cloth, Room& room) {
-  DeviceArrays& arrays = *device_.arrays;
-  const PackedLayout layout = LayOutParameters(cloth);
-  Result<WordRange> words = arrays.parameters.Allocate(layout.size);
-  if (!words.ok()) return words.status();
-  room.parameter_words = std::move(words).value();
-  room.parameter_layout = layout.layout;
-  return arrays.ReserveBatch(cloths_.count() + 1, MostDispatchesOfSweep(cloth.model));
-}
-
-Result<GlBackend::Room> GlBackend::MakeRoom(const std::shared_ptr<const SceneModel>& model,
-                                            const ClothParameters& parameters,
-                                            LengthSource lengths) {
-  const PlannedCloth cloth = PlanOnDevice(*model, parameters, lengths);
-  Result<GlScheme> scheme = MakeScheme(cloth);
-  if (!scheme.ok()) return scheme.status();
-  Room room{.scheme = std::move(scheme).value()};
-  DRAPE_RETURN_IF_ERROR(TakeParameterWords(cloth, room));
-  Result<std::shared_ptr<const DeviceModel>> on_device =
-      models_.Acquire(model, cloth.plan.Has(StepStage::kApplyWind));
-  if (!on_device.ok()) return on_device.status();
-  room.model = std::move(on_device).value();
-  for (const Collider& collider : parameters.colliders) {
-    const std::shared_ptr<const DistanceMap> samples = MapOf(collider);
-    if (samples == nullptr) continue;
-    Result<std::shared_ptr<const DeviceMap>> map = maps_.Acquire(samples);
-    if (!map.ok()) return map.status();
-    room.maps.push_back(std::move(map).value());
-  }
-  return room;
-}
-
-void GlBackend::Occupy(GlCloth& cloth, Room room, const ClothParameters& parameters) {
+void GlBackend::Occupy(GlCloth& cloth, ClothRoom room, const ClothParameters& parameters) {
   cloth.scheme() = std::move(room.scheme);
   cloth.gain_response =
       HasCalmerScheme(cloth.plan) ? GainResponse::kStepAgain : GainResponse::kWarn;
@@ -191,6 +132,10 @@ void GlBackend::Occupy(GlCloth& cloth, Room room, const ClothParameters& paramet
   cloth.maps = std::move(room.maps);
   cloth.parameter_words = std::move(room.parameter_words);
   cloth.parameter_layout = room.parameter_layout;
+  cloth.contact_words = std::move(room.contact_words);
+  cloth.pair_capacity = room.pair_capacity;
+  cloth.may_take_more_pairs = true;
+  cloth.crossing_flags.clear();
   cloth.parameters = parameters;
   cloth.max_iterations = parameters.settings.max_iterations;
   Words().WriteElastic(cloth);
@@ -207,6 +152,7 @@ void GlBackend::WriteRecord(uint32_t slot) {
   cloth.motion_words.clear();
   Words().WriteMotions(cloth, cloth.parameters.collider_motions);
   Words().WriteColliders(cloth);
+  Words().WriteSelfContacts(cloth);
   const shader::ClothRecord record = MakeClothRecord(cloth);
   device_.arrays->cloths.Write(slot * sizeof(record), std::as_bytes(std::span(&record, 1)));
 }
@@ -219,7 +165,7 @@ Result<ClothHandle> GlBackend::Create(std::shared_ptr<const SceneModel> model,
   DeviceArrays& arrays = *device_.arrays;
   Result<WordRange> state_words = arrays.states.Allocate(6 * uint64_t{model->particle_count()});
   if (!state_words.ok()) return state_words.status();
-  Result<Room> room = MakeRoom(model, parameters);
+  Result<ClothRoom> room = rooms_.Make(model, parameters, LengthSource::kModel, cloths_.count());
   if (!room.ok()) return room.status();
   DRAPE_RETURN_IF_ERROR(
       arrays.cloths.Reserve((cloths_.slot_count() + 1) * sizeof(shader::ClothRecord)));
@@ -276,8 +222,9 @@ Status GlBackend::Write(ClothHandle handle, const ClothUpdate& update) {
     if (update.rest_lengths_m) lengths = PackLengths(*update.rest_lengths_m);
     ClothParameters parameters = update.parameters.value_or(cloth.parameters);
     if (update.collider_motions) parameters.collider_motions = *update.collider_motions;
-    Result<Room> room =
-        MakeRoom(model, parameters, lengths.empty() ? LengthSource::kModel : LengthSource::kOwn);
+    Result<ClothRoom> room =
+        rooms_.Make(model, parameters, lengths.empty() ? LengthSource::kModel : LengthSource::kOwn,
+                    cloths_.count());
     if (!room.ok()) return room.status();
     // From here on nothing can fail.
     if (update.state) WriteState(cloth, *update.state, update.fault);
@@ -292,6 +239,7 @@ Status GlBackend::Write(ClothHandle handle, const ClothUpdate& update) {
     WriteState(cloth, *update.state, update.fault);
   }
   if (update.pin_targets_m) Words().WriteTargets(cloth, PackTargets(*update.pin_targets_m));
+  cloth.may_cross_itself = update.may_cross_itself;
   return Status::Ok();
 }
 
@@ -311,6 +259,7 @@ void GlBackend::SetTargets(const StepItem& item, GlCloth& cloth) {
     cloth.max_iterations = max_iterations;
     WriteRecord(item.cloth.slot);
   }
+  FindCrossingParts(cloth);
 }
 
 BatchReport GlBackend::StepAhead(std::span<const StepItem> items,
@@ -324,6 +273,7 @@ BatchReport GlBackend::StepAhead(std::span<const StepItem> items,
   BatchReport report = RunBatch(items, cloths_, *device_.arrays, device_.measure, device_.batch,
                                 device_.runs_ahead ? meanwhile : nullptr);
   StepAgain(items, report);
+  MeasureSelfContacts(items, report);
   for (const StepItem& item : items) Words().EndMotions(cloths_.Find(item.cloth));
   CheckForReset();
   return report;
@@ -334,7 +284,8 @@ void GlBackend::UseCalmerScheme(ClothHandle handle) {
   cloth.must_step_again = false;
   if (!cloth.other_scheme) {
     const ClothParameters calmer = WithCalmerScheme(cloth.parameters);
-    Result<GlScheme> scheme = MakeScheme(PlanOnDevice(*cloth.model->model, calmer));
+    Result<GlScheme> scheme = rooms_.MakeScheme(PlanOnDevice(*cloth.model->model, calmer),
+                                                *cloth.model, cloth.pair_capacity);
     if (scheme.ok()) cloth.other_scheme = std::move(scheme).value();
   }
   if (cloth.other_scheme) {
@@ -355,26 +306,57 @@ void GlBackend::UseUsualScheme(ClothHandle handle) {
   WriteRecord(handle.slot);
 }
 
-void GlBackend::StepAgain(std::span<const StepItem> items, BatchReport& report) {
-  std::vector<StepItem> again;
-  std::vector<size_t> places;
+void GlBackend::PrepareToStepAgain(ClothHandle handle) {
+  if (cloths_.Find(handle).pairs_wanted > 0) {
+    rooms_.TakeMorePairs(cloths_.Find(handle));
+    WriteRecord(handle.slot);
+  } else {
+    UseCalmerScheme(handle);
+  }
+}
+
+std::vector<float> GlBackend::ReadPositions(const GlCloth& cloth) {
+  return ReadColumn(cloth.state.begin(), 3 * cloth.particle_count());
+}
+
+void GlBackend::FindCrossingParts(GlCloth& cloth) {
+  if (!cloth.touches_itself()) return;
+  std::vector<uint32_t> flags;
+  if (cloth.may_cross_itself) flags = FlagCrossings(*cloth.model->surface, ReadPositions(cloth));
+  if (flags == cloth.crossing_flags) return;
+  cloth.crossing_flags = std::move(flags);
+  Words().WriteSelfContacts(cloth);
+}
+
+void GlBackend::MeasureSelfContacts(std::span<const StepItem> items, BatchReport& report) {
   for (size_t k = 0; k < items.size(); ++k) {
-    if (!cloths_.Find(items[k].cloth).must_step_again) continue;
-    UseCalmerScheme(items[k].cloth);
-    again.push_back(items[k]);
-    places.push_back(k);
+    const GlCloth& cloth = cloths_.Find(items[k].cloth);
+    if (!items[k].measure || !cloth.touches_itself()) continue;
+    AddSelfContacts(*cloth.model->surface, cloth.parameters, ReadPositions(cloth),
+                    report.reports[k].measured);
   }
-  if (again.empty()) return;
-  const BatchReport calmer =
-      RunBatch(again, cloths_, *device_.arrays, device_.measure, device_.batch, nullptr);
-  for (size_t k = 0; k < again.size(); ++k) {
-    report.reports[places[k]] = calmer.reports[k];
-    UseUsualScheme(again[k].cloth);
+}
+
+void GlBackend::StepAgain(std::span<const StepItem> items, BatchReport& report) {
+  while (true) {
+    std::vector<StepItem> again;
+    std::vector<size_t> places;
+    for (size_t k = 0; k < items.size(); ++k) {
+      if (!cloths_.Find(items[k].cloth).must_be_redone()) continue;
+      PrepareToStepAgain(items[k].cloth);
+      again.push_back(items[k]);
+      places.push_back(k);
+    }
+    if (again.empty()) break;
+    const BatchReport redone =
+        RunBatch(again, cloths_, *device_.arrays, device_.measure, device_.batch, nullptr);
+    for (size_t k = 0; k < again.size(); ++k) report.reports[places[k]] = redone.reports[k];
+    report.dispatch_count += redone.dispatch_count;
+    report.upload_us += redone.upload_us;
+    report.device_us += redone.device_us;
+    report.readback_us += redone.readback_us;
   }
-  report.dispatch_count += calmer.dispatch_count;
-  report.upload_us += calmer.upload_us;
-  report.device_us += calmer.device_us;
-  report.readback_us += calmer.readback_us;
+  for (const StepItem& item : items) UseUsualScheme(item.cloth);
 }
 
 std::optional<BatchReport> GlBackend::StepPiece(std::span<const StepItem> items,
@@ -390,8 +372,8 @@ std::optional<BatchReport> GlBackend::StepPiece(std::span<const StepItem> items,
   LongStep& step = under_way->second.step;
   auto report =
       RunPiece(item, cloths_, *device_.arrays, device_.measure, device_.batch, step, pause);
-  if (report && cloth.must_step_again) {
-    UseCalmerScheme(item.cloth);
+  while (report && cloth.must_be_redone()) {
+    PrepareToStepAgain(item.cloth);
     step = {};
     if (!pause.is_never() && pause.IsDue()) return std::nullopt;
     report = RunPiece(item, cloths_, *device_.arrays, device_.measure, device_.batch, step, pause);
@@ -399,6 +381,7 @@ std::optional<BatchReport> GlBackend::StepPiece(std::span<const StepItem> items,
   CheckForReset();
   if (!report) return std::nullopt;
   UseUsualScheme(item.cloth);
+  MeasureSelfContacts({&item, 1}, *report);
   Words().EndMotions(cloth);
   steps_under_way_.erase(under_way);
   return report;

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "server/solver/energy_watch.h"
+#include "server/solver/gl_compute/self_contact_words.h"
 #include "server/solver/solver_constants.h"
 #include "shaders/interface/bindings.h"
 
@@ -64,6 +65,7 @@ shader::StepNumbers NumbersOf(const GlCloth& cloth) {
   step.air_drag = static_cast<float>(kAirDensity_kg_per_m3 * parameters.air_drag / 4);
   step.air_lift = static_cast<float>(kAirDensity_kg_per_m3 * parameters.air_lift / 4);
   step.max_elastic_frequency_sq = static_cast<float>(plan.max_elastic_frequency_sq_per_s2);
+  if (cloth.touches_itself()) step.self_contacts = cloth.contact_words.begin();
   SetRefinement(plan, step);
   SetEnergyLimit(cloth, step);
   return step;
@@ -123,7 +125,7 @@ void SetModel(const GlCloth& cloth, shader::ClothRecord& record) {
   record.grid_columns = model.grid_columns();
   record.grid_rows = model.grid_rows();
   record.measure_piece_count = MeasurePieceCount(model);
-  record.is_tiled = IsResident(model) ? 0 : 1;
+  record.is_tiled = cloth.kernels->variant.is_tiled() ? 1 : 0;
   record.has_springs = model.spring_count() > 0 ? 1 : 0;
   record.has_compliance = model.has_compliance() ? 1 : 0;
   record.has_joint_compliance = model.has_joint_compliance() ? 1 : 0;
@@ -131,6 +133,16 @@ void SetModel(const GlCloth& cloth, shader::ClothRecord& record) {
 }
 
 }  // namespace
+
+shader::SelfContactRecord MakeSelfContactRecord(const GlCloth& cloth) {
+  shader::SelfContactRecord record = PlacedSelfContacts(
+      cloth.contacts,
+      {cloth.model->words.begin(), cloth.contact_words.begin(), cloth.scratch.begin()},
+      cloth.parameters, cloth.model->model->length_scale_m());
+  record.may_grow = cloth.may_take_more_pairs ? 1 : 0;
+  record.has_crossings = cloth.crossing_flags.empty() ? 0 : 1;
+  return record;
+}
 
 shader::ClothRecord MakeClothRecord(const GlCloth& cloth) {
   shader::ClothRecord record{};

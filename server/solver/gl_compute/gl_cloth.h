@@ -17,6 +17,7 @@
 #include "server/solver/step_plan.h"
 #include "server/solver/step_report.h"
 #include "shaders/interface/cloth_record.h"
+#include "shaders/interface/self_contact_record.h"
 
 namespace drape {
 
@@ -28,6 +29,9 @@ struct GlScheme {
   LoopCosts costs{};        // of the resident step
   ScratchRange scratch{};
   shader::ScratchLayout scratch_layout{};  // within scratch
+  // Of a cloth that touches itself: counts, places of the model in Models, behind the layout in
+  // scratch.
+  shader::SelfContactRecord contacts{};
 };
 
 // What is done about a step that gains energy for no reason (solver/energy_watch.h).
@@ -47,6 +51,14 @@ struct GlCloth : GlScheme {
   WordRange parameter_words{};
   shader::ParameterLayout parameter_layout{};  // within parameter_words
 
+  // Of a cloth that touches itself: its SelfContactRecord and what crosses, in the parameters.
+  WordRange contact_words{};
+  uint32_t pair_capacity = 0;       // of its next scheme
+  bool may_take_more_pairs = true;  // there is room for more than pair_capacity
+  uint32_t pairs_wanted = 0;        // more than there is room for: the step was not committed
+  bool may_cross_itself = true;     // until a step has found that nothing crosses
+  std::vector<uint32_t> crossing_flags{};  // of particles of what began crossing; empty: none did
+
   GainResponse gain_response = GainResponse::kWarn;
   bool must_step_again = false;  // the step under way has gained energy, and was not committed
   // The calmer scheme once a step needed it; the usual one while that is in use.
@@ -65,12 +77,16 @@ struct GlCloth : GlScheme {
   bool are_lengths_moving = false;  // the last step changed them
 
   GlScheme& scheme() { return *this; }
+  bool touches_itself() const { return plan.Has(StepStage::kFindSelfContacts); }
+  // The step under way is to be done again.
+  bool must_be_redone() const { return must_step_again || pairs_wanted > 0; }
   bool has_own_lengths() const { return !length_words.empty(); }
   uint32_t particle_count() const { return model->model->particle_count(); }
   uint32_t pin_count() const { return model->model->pin_count(); }
 };
 
-// Pure.
+// Pure. The second: of a cloth that touches itself.
 shader::ClothRecord MakeClothRecord(const GlCloth& cloth);
+shader::SelfContactRecord MakeSelfContactRecord(const GlCloth& cloth);
 
 }  // namespace drape

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "server/solver/gl_compute/local_sizes.h"
+#include "server/solver/gl_compute/self_contact_words.h"
 #include "shaders/interface/bindings.h"
 
 namespace drape {
@@ -106,6 +107,9 @@ Result<GlDevice> GlDevice::Open(const GlBackendOptions& options, const GlTuning&
                    .leaves_out_colliders = tuning.leave_out_colliders,
                    .finds_regular_strips = tuning.find_regular_strips};
   device.runs_ahead = tuning.runs_ahead.value_or(!is_software);
+  device.first_pairs_per_particle = tuning.first_pairs_per_particle != 0
+                                        ? tuning.first_pairs_per_particle
+                                        : kFirstPairsPerParticle;
   device.batch = {.limits = {limits.work_group_count_x, limits.work_group_count_y},
                   .has_timer_queries = !is_software,
                   .on_left_out = tuning.on_left_out};

@@ -28,6 +28,7 @@ struct GlDevice {
   DeviceTraits traits;
   BatchDevice batch;
   bool runs_ahead = false;
+  uint32_t first_pairs_per_particle = 0;  // of cloths that touch themselves
 
  private:
   Status CompileGeneralKernels(int64_t max_bytes);

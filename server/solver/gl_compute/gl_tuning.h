@@ -42,6 +42,9 @@ struct GlTuning {
   std::function<void(uint32_t)> on_left_out = {};
   // Whether regular strips (regular_strips.h) are solved without lists of particles and lengths.
   bool find_regular_strips = true;
+  // Pairs that a cloth that touches itself has room for at first, per particle; 0: the usual
+  // number.
+  uint32_t first_pairs_per_particle = 0;
   // Whether the host works while the device steps (DeviceBackend::StepAhead); unset: on hardware. A
   // software renderer works on the calling thread.
   std::optional<bool> runs_ahead = std::nullopt;

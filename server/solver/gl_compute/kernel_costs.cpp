@@ -234,7 +234,7 @@ class StageCosts {
       case StepStage::kFindSelfContacts:
       case StepStage::kSolveSelfContacts:
       case StepStage::kGuardSelfContacts:
-        break;  // gl has no self-collision
+        break;  // kernels of their own
     }
     return {};
   }
@@ -325,6 +325,14 @@ LoopCosts CountResidentLoops(const PlannedCloth& cloth, uint32_t local_size,
   return costs;
 }
 
+uint64_t CountContactWalk(const SceneModel& model, uint32_t local_size) {
+  // Nodes of the tree and primitives of the patches around each vertex and each edge, of which
+  // there are half as many again as triangles.
+  constexpr uint64_t kPassesOfWalk = 150;
+  const uint64_t sources = model.particle_count() + 3 * model.triangles().size() / 2;
+  return kPassesOfWalk * RoundsFor(sources, local_size);
+}
+
 bool CanRunInParts(const LoopCosts& costs, uint64_t budget) {
   return costs.fixed + 3 * (costs.substep + costs.sweep) <= budget;
 }
@@ -369,9 +377,9 @@ uint64_t CountLongestLoop(const PlannedCloth& cloth, uint32_t local_size,
       std::max({strip, line, LargestSpringDegree(model) + 1, elastic, air, colour,
                 2 * (colliders + 1), uint64_t{kMaxTethersPerParticle} + 1});
   // `tiled_begin_sweeps` and `tiled_end_sweep` loop over the dispatches of all phases and colours,
-  // the three of the refinement, the contacts and the end of the sweep.
+  // the three of the refinement, both kinds of contacts and the end of the sweep.
   const uint64_t control = LoopPasses(uint64_t{model.strips().phase_count()} +
-                                          model.colour_count() + model.joint_colour_count() + 5,
+                                          model.colour_count() + model.joint_colour_count() + 6,
                                       local_size);
   const uint64_t watch = EnergyWatchPasses(cloth, local_size, DRAPE_TILED_ENERGY_SUMS);
   return std::max({measure, strains, tiled, control, watch});

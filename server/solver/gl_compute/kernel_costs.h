@@ -33,6 +33,10 @@ bool IsReductionShorter(const StripSet& strips, uint32_t local_size);
 // Passes of one invocation of `tiled_refine` if every link is refined.
 uint64_t CountTiledRefineLoops(const SceneModel& model, uint32_t local_size);
 
+// About as many passes as an invocation makes to look for the pairs of a cloth that touches itself,
+// where not everything is in one place.
+uint64_t CountContactWalk(const SceneModel& model, uint32_t local_size);
+
 // Whether a dispatch of `budget` passes makes progress.
 bool CanRunInParts(const LoopCosts& costs, uint64_t budget);
 

@@ -7,6 +7,7 @@
 #include "server/solver/gl_compute/kernel_costs.h"
 #include "server/solver/gl_compute/local_sizes.h"
 #include "server/solver/gl_compute/regular_strips.h"
+#include "server/solver/gl_compute/self_contact_words.h"
 #include "shaders/interface/bindings.h"
 
 namespace drape {
@@ -43,6 +44,28 @@ Status FitRefinement(const SceneModel& model, const DeviceTraits& device, Kernel
   return Status::Ok();
 }
 
+// One work group takes the self-contacts of a cloth. What would take more passes than the kernels
+// allow themselves is left out, which must not happen in ordinary steps: else bits would depend on
+// the local size.
+Status FitSelfContacts(const SceneModel& model, const DeviceTraits& device,
+                       KernelVariant& variant) {
+  if (!variant.Has(StepStage::kFindSelfContacts)) return Status::Ok();
+  if (model.particle_count() > kMaxSelfContactParticles) {
+    return Status(StatusCode::kResourceExhausted, "SELF_CONTACT_LIMIT",
+                  "a cloth with self_collision has at most " +
+                      std::to_string(kMaxSelfContactParticles) + " particles on this backend");
+  }
+  variant.contact_loop_budget = device.loop_budget;
+  variant.contact_local_size =
+      device.local_size != 0 ? device.local_size : SizesOf(device).contacts;
+  variant.contact_local_size = std::max(variant.contact_local_size, 8u);  // kOffers of the kernels
+  while (CountContactWalk(model, variant.contact_local_size) > device.loop_budget / 8) {
+    if (variant.contact_local_size >= kLargestLocalSize) return LoopLimit();
+    variant.contact_local_size *= 2;
+  }
+  return Status::Ok();
+}
+
 // Decided by the local size of the table, not by the one that is set: the way a strip is solved
 // changes bits, and the local size must not.
 StripSolve ChooseStripSolve(const SceneModel& model, uint32_t capacity,
@@ -64,7 +87,10 @@ Status FitLoops(const PlannedCloth& cloth, const DeviceTraits& device, VariantCh
   if (CountLongestLoop(cloth, variant.local_size, GeneralLocalSize(device)) > device.loop_budget) {
     return LoopLimit();
   }
-  if (variant.is_tiled()) return FitRefinement(cloth.model, device, variant);
+  if (variant.is_tiled()) {
+    DRAPE_RETURN_IF_ERROR(FitSelfContacts(cloth.model, device, variant));
+    return FitRefinement(cloth.model, device, variant);
+  }
   const auto count = [&] {
     return CountResidentLoops(cloth, variant.local_size, variant.strip_solve);
   };
@@ -80,9 +106,9 @@ Status FitLoops(const PlannedCloth& cloth, const DeviceTraits& device, VariantCh
   return Status::Ok();
 }
 
-uint32_t CapacityFor(const SceneModel& model) {
-  if (!IsResident(model)) return 0;
-  const uint32_t particles = model.particle_count();
+uint32_t CapacityFor(const PlannedCloth& cloth) {
+  if (!IsResident(cloth)) return 0;
+  const uint32_t particles = cloth.model.particle_count();
   return particles <= 64 ? 64 : particles <= 256 ? 256 : kMaxResidentParticles;
 }
 
@@ -141,23 +167,29 @@ std::string KernelVariant::Defines() const {
   if (shares_record) text << "#define SHARES_RECORD\n";
   if (!is_tiled()) text << "#define CAPACITY " << capacity << "\n";
   text << "#define LOCAL_SIZE " << local_size << "\n";
+  if (contact_loop_budget > 0)
+    text << "#define CONTACT_LOOP_BUDGET " << contact_loop_budget << "u\n";
   if (is_in_parts()) text << "#define LOOP_BUDGET " << loop_budget << "u\n";
   text << traits.Defines();
   return text.str();
 }
 
-bool IsResident(const SceneModel& model) {
-  return model.particle_count() <= kMaxResidentParticles &&
+bool IsResident(const SceneModel& model, bool touches_itself) {
+  return !touches_itself && model.particle_count() <= kMaxResidentParticles &&
          model.constraint_count() <= kMaxResidentConnections &&
          model.joint_count() <= kMaxResidentConnections &&
          model.spring_count() <= kMaxResidentConnections &&
          model.elastic_count() <= kMaxResidentConnections;
 }
 
+bool IsResident(const PlannedCloth& cloth) {
+  return IsResident(cloth.model, cloth.plan.Has(StepStage::kFindSelfContacts));
+}
+
 Result<VariantChoice> ChooseVariant(const PlannedCloth& cloth, const DeviceTraits& device) {
   VariantChoice choice;
   KernelVariant& variant = choice.variant;
-  variant.capacity = CapacityFor(cloth.model);
+  variant.capacity = CapacityFor(cloth);
   variant.local_size = LocalSizeFor(variant.capacity, device);
   variant.traits = TraitsOf(cloth, device);
   if (variant.Has(StepStage::kSolveStrips) && !variant.is_tiled()) {

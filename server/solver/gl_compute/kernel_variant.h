@@ -23,6 +23,10 @@ struct KernelVariant {
   uint32_t local_size = 0;  // invocations per work group
   // Invocations of the work group that refines a cloth of the tiled plan; else 0.
   uint32_t refine_local_size = 0;
+  // Invocations of the work group that takes the self-contacts of a cloth, and the passes through
+  // loops that it may make; else 0.
+  uint32_t contact_local_size = 0;
+  uint32_t contact_loop_budget = 0;
   // The resident step takes several dispatches of at most this many passes through loops
   // (kernel_costs.h); 0: it takes one.
   uint32_t loop_budget = 0;
@@ -65,7 +69,9 @@ inline constexpr uint32_t kMaxResidentParticles = 1024;
 // gains nothing from shared memory.
 inline constexpr uint32_t kMaxResidentConnections = 8 * 1024;
 
-bool IsResident(const SceneModel& model);
+// Cloths that touch themselves are tiled.
+bool IsResident(const SceneModel& model, bool touches_itself = false);
+bool IsResident(const PlannedCloth& cloth);
 
 // How a cloth is stepped.
 struct VariantChoice {

@@ -8,6 +8,8 @@
 #include <utility>
 
 #include "server/scene/distance_map.h"
+#include "server/solver/self_contact/pair_search.h"
+#include "server/solver/self_contact/self_contacts.h"
 #include "server/solver/solver_constants.h"
 #include "server/solver/strain_bins.h"
 #include "shaders/embedded_shaders.h"
@@ -35,6 +37,11 @@ std::string ConstantDefines() {
   text << "#define TOUCH_ROUND_OFF " << kTouchRoundOffs * round_off << "\n";
   text << "#define QUIET_ROUND_OFF " << kQuietRoundOffs * round_off << "\n";
   text << "#define GRAZING_SINE " << kGrazingSine << "\n";
+  text << "#define EDGE_SHARE " << self_contact::kEdgeShare << "\n";
+  text << "#define REST_SHARE " << self_contact::kRestShare << "\n";
+  text << "#define CORE_SHARE " << self_contact::kCoreShare << "\n";
+  text << "#define HARD_HIT " << self_contact::kHardHit << "\n";
+  text << "#define HIT_SWEEPS " << self_contact::kHitSweeps << "u\n";
   text << "#define MAX_SPEED " << kMaxSpeed_m_per_s << "\n";
   text << "#define MAX_ENERGY_GAIN " << kMaxEnergyGain << "\n";
   text << "#define MAX_AIR_RATIO " << kMaxAirRatio << "\n";
@@ -59,7 +66,10 @@ constexpr TraitSet kContactTraits =
     kColliderTraits | TraitSet{kSolveContacts, kFriction, kRestitution};
 
 constexpr TiledKernel kTiledKernels[] = {
-    {"tiled_begin", {kPredict}, {kTwoSteps, kRefine, kColliderReach}, &Kernels::tiled_begin},
+    {"tiled_begin",
+     {kPredict},
+     {kTwoSteps, kRefine, kColliderReach, kFindSelfContacts},
+     &Kernels::tiled_begin},
     {"tiled_find_range", {kColliderReach}, kColliderTraits, &Kernels::tiled_find_range},
     {"tiled_find_near", {kColliderReach}, kColliderTraits, &Kernels::tiled_find_near},
     {"tiled_spring_accelerations",
@@ -86,10 +96,16 @@ constexpr TiledKernel kTiledKernels[] = {
     {"tiled_twist_changes", {kDampTwist}, {}, &Kernels::tiled_twist_changes},
     {"tiled_damp_twist", {kDampTwist}, {}, &Kernels::tiled_damp_twist},
     {"tiled_tether", {kTether}, {kStartDirections}, &Kernels::tiled_tether},
+    {.file = "tiled_find_self_contacts",
+     .needed_by = {kFindSelfContacts},
+     .reads = {kTwoSteps},
+     .program = &Kernels::tiled_find_self_contacts,
+     .local_size = &KernelVariant::contact_local_size},
     {"tiled_begin_sweeps", {kTolerance}, {}, &Kernels::tiled_begin_sweeps},
     {"tiled_solve_strips",
      {kSolveStrips},
-     {kTwoSteps, kTolerance, kCompliance, kStartDirections, kRegularStrips, kQuietLinks},
+     {kTwoSteps, kTolerance, kCompliance, kStartDirections, kRegularStrips, kQuietLinks,
+      kSolveSelfContacts},
      &Kernels::tiled_solve_strips},
     {"tiled_test_links", {kRefine}, {kTolerance}, &Kernels::tiled_test_links},
     {"tiled_collect_links", {kRefine}, {kTolerance}, &Kernels::tiled_collect_links},
@@ -100,27 +116,38 @@ constexpr TiledKernel kTiledKernels[] = {
      .local_size = &KernelVariant::refine_local_size},
     {"tiled_solve_distance",
      {kSolveDistance},
-     {kTolerance, kCompliance, kInequalities, kOwnLengths, kStartDirections},
+     {kTolerance, kCompliance, kInequalities, kOwnLengths, kStartDirections, kSolveSelfContacts},
      &Kernels::tiled_solve_distance},
     {"tiled_solve_joints",
      {kSolveJoints},
-     {kSolveJoints, kTolerance, kJointCompliance},
+     {kSolveJoints, kTolerance, kJointCompliance, kSolveSelfContacts},
      &Kernels::tiled_solve_joints},
+    {.file = "tiled_solve_self_contacts",
+     .needed_by = {kSolveSelfContacts},
+     .reads = {kTwoSteps, kTolerance, kSolveSelfContacts},
+     .program = &Kernels::tiled_solve_self_contacts,
+     .local_size = &KernelVariant::contact_local_size},
     {"tiled_solve_contacts",
      {kSolveContacts},
-     kColliderTraits | TraitSet{kTwoSteps, kTolerance, kFriction, kRestitution},
+     kColliderTraits | TraitSet{kTwoSteps, kTolerance, kFriction, kRestitution, kSolveSelfContacts},
      &Kernels::tiled_solve_contacts},
-    {"tiled_end_sweep", {kTolerance}, {}, &Kernels::tiled_end_sweep},
+    {"tiled_end_sweep", {kTolerance}, {kSolveSelfContacts}, &Kernels::tiled_end_sweep},
     {"tiled_integrate",
      {kIntegrate},
-     kContactTraits | TraitSet{kTwoSteps, kSpringForces, kDamping, kSolveVelocity},
+     kContactTraits |
+         TraitSet{kTwoSteps, kSpringForces, kDamping, kSolveVelocity, kGuardSelfContacts},
      &Kernels::tiled_integrate},
+    {.file = "tiled_guard_self_contacts",
+     .needed_by = {kGuardSelfContacts},
+     .reads = {kTwoSteps},
+     .program = &Kernels::tiled_guard_self_contacts,
+     .local_size = &KernelVariant::contact_local_size},
     {"tiled_solve_velocity",
      {kSolveVelocity},
      {kSolveJoints, kCompliance, kInequalities, kJointCompliance},
      &Kernels::tiled_solve_velocity},
     {"tiled_correct_velocity",
-     {kSolveVelocity},
+     {kSolveVelocity, kGuardSelfContacts},
      kContactTraits | TraitSet{kTwoSteps, kDamping},
      &Kernels::tiled_correct_velocity},
     {"tiled_place_pins", {kPins}, {}, &Kernels::tiled_place_pins},
@@ -129,7 +156,10 @@ constexpr TiledKernel kTiledKernels[] = {
      {kPins, kCompliance, kJointCompliance},
      &Kernels::tiled_watch_energy},
     {"tiled_check", {kCommit}, {}, &Kernels::tiled_check},
-    {"tiled_commit", {kCommit}, {kTolerance, kEnergyWatch}, &Kernels::tiled_commit},
+    {"tiled_commit",
+     {kCommit},
+     {kTolerance, kEnergyWatch, kSolveSelfContacts},
+     &Kernels::tiled_commit},
 };
 
 // The part of the variant that the kernel depends on, so that variants share programs.
@@ -138,7 +168,12 @@ KernelVariant Narrowed(const KernelVariant& variant, const TiledKernel& kernel) 
   if (variant.Has(kRestitution) || variant.Has(kQuietLinks)) {
     reads = reads | kernel.reads_with_colliders;
   }
-  return {.local_size = variant.*kernel.local_size, .traits = variant.traits & reads};
+  KernelVariant narrowed{.local_size = variant.*kernel.local_size,
+                         .traits = variant.traits & reads};
+  if (kernel.local_size == &KernelVariant::contact_local_size) {
+    narrowed.contact_loop_budget = variant.contact_loop_budget;
+  }
+  return narrowed;
 }
 
 }  // namespace

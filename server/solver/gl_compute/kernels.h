@@ -38,6 +38,7 @@ struct StepKernels {
   const gl::Program* tiled_twist_changes = nullptr;
   const gl::Program* tiled_damp_twist = nullptr;
   const gl::Program* tiled_tether = nullptr;
+  const gl::Program* tiled_find_self_contacts = nullptr;
   const gl::Program* tiled_begin_sweeps = nullptr;
   const gl::Program* tiled_solve_strips = nullptr;
   const gl::Program* tiled_test_links = nullptr;
@@ -45,9 +46,11 @@ struct StepKernels {
   const gl::Program* tiled_refine = nullptr;
   const gl::Program* tiled_solve_distance = nullptr;
   const gl::Program* tiled_solve_joints = nullptr;
+  const gl::Program* tiled_solve_self_contacts = nullptr;
   const gl::Program* tiled_solve_contacts = nullptr;
   const gl::Program* tiled_end_sweep = nullptr;
   const gl::Program* tiled_integrate = nullptr;
+  const gl::Program* tiled_guard_self_contacts = nullptr;
   const gl::Program* tiled_solve_velocity = nullptr;
   const gl::Program* tiled_correct_velocity = nullptr;
   const gl::Program* tiled_place_pins = nullptr;

@@ -65,7 +65,7 @@ PackedLayout<shader::ScratchLayout> LayOutScratch(const PlannedCloth& cloth, boo
   layout.twist_changes = append(plan.Has(StepStage::kDampTwist), 3 * particles);
   layout.strip_links = append(plan.Has(StepStage::kSolveStrips),
                               uint64_t{DRAPE_STRIP_LINK_WORDS} * model.strips().constraints.size());
-  const bool lists_links = plan.Has(StepStage::kRefine) && !IsResident(model);
+  const bool lists_links = plan.Has(StepStage::kRefine) && !IsResident(cloth);
   layout.stretched_flags = append(lists_links, particles + 2 + model.colour_count());
   layout.refined_links = append(lists_links, model.constraint_count());
   layout.work_positions = append(has_work_state, 3 * particles);

@@ -21,6 +21,7 @@ constexpr DeviceSizes kTable[] = {
                .resident_1024 = 32,
                .tiled = 128,
                .refine = 32,
+               .contacts = 32,
                .general = 32}},
     // Not measured yet: enough invocations for the largest colours of such cloths, few enough for
     // several groups per multiprocessor. `drape_bench speed --parts=local_sizes` measures them,
@@ -33,6 +34,7 @@ constexpr DeviceSizes kTable[] = {
                .resident_1024 = 256,
                .tiled = 128,
                .refine = 1024,
+               .contacts = 256,
                .general = 256}},
 };
 

@@ -16,6 +16,7 @@ struct LocalSizes {
   uint32_t resident_1024 = 0;  // of at most 1024
   uint32_t tiled = 0;          // the phases of tiled cloths
   uint32_t refine = 0;         // the one work group that refines a tiled cloth
+  uint32_t contacts = 0;       // the one work group that takes the self-contacts of a cloth
   uint32_t general = 0;        // measuring, packing what is read
 
   // `capacity` as in KernelVariant: particles that fit, 0 for the tiled plan.

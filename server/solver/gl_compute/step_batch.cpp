@@ -105,6 +105,17 @@ StepReport ToReport(const StepItem& item, const shader::ClothStatus& status, GlC
   const bool was_stepped = cloth.fault == FaultReason::kNone;
   const bool has_gained =
       was_stepped && cloth.kernels->variant.Has(Feature::kEnergyWatch) && status.gained_energy != 0;
+  const bool starts_crossing = cloth.touches_itself() && !cloth.crossing_flags.empty();
+  cloth.pairs_wanted = 0;
+  if (was_stepped && cloth.touches_itself()) {
+    const bool has_room = status.contact_pairs <= cloth.contacts.capacity;
+    if (!has_room && cloth.may_take_more_pairs) {
+      cloth.pairs_wanted = status.contact_pairs;
+      cloth.must_step_again = false;
+      return report;
+    }
+    cloth.may_cross_itself = starts_crossing || status.contacts_failed != 0;
+  }
   cloth.must_step_again = has_gained && cloth.gain_response == GainResponse::kStepAgain;
   if (cloth.must_step_again) return report;
   if (was_stepped) {
@@ -112,6 +123,7 @@ StepReport ToReport(const StepItem& item, const shader::ClothStatus& status, GlC
     report.iterations = status.iterations;
     report.converged = cloth.plan.tolerance == 0 || status.unconverged_substeps == 0;
     report.warnings = cloth.plan.known_warnings;
+    report.warnings.starts_crossing = starts_crossing;
     report.warnings.not_converged = !report.converged;
     report.warnings.energy_gained = has_gained || cloth.gain_response == GainResponse::kNotWatched;
   }

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "server/solver/gl_compute/largest_sizes.h"
+#include "server/solver/self_contact/self_contacts.h"
 #include "shaders/interface/bindings.h"
 
 namespace drape {
@@ -78,8 +79,18 @@ class TiledStep {
     return true;
   }
 
+  // One work group per cloth.
+  void DispatchCloths(const gl::Program& kernel, uint32_t substep) {
+    Prepare(kernel, substep);
+    Dispatch(1, item_count_);
+  }
+
   void BeforeSweeps(uint32_t substep) {
     const SubstepWork& work = largest_.substeps[substep];
+    // At the places where the substep begins, which `predict` changes.
+    if (Has(StepStage::kFindSelfContacts)) {
+      DispatchCloths(*kernels_.tiled_find_self_contacts, substep);
+    }
     if (work.kicks_before) Kick(substep, DRAPE_KICK_BEFORE);
     Predict(substep);
     if (work.kicks_within) Kick(substep, DRAPE_KICK_WITHIN);
@@ -103,11 +114,14 @@ class TiledStep {
   }
 
   // Dispatch arguments of the sweeps: one per phase of strips, three of the refinement, one per
-  // colour, one per colour of the joints, then the contacts, then the end of the sweep.
+  // colour, one per colour of the joints, then both kinds of contacts, then the end of the sweep.
   uint32_t colours_index() const { return phase_count_ + (Has(StepStage::kRefine) ? 3 : 0); }
   uint32_t joints_index() const { return colours_index() + colour_count_; }
-  uint32_t contacts_index() const {
+  uint32_t self_contacts_index() const {
     return joints_index() + static_cast<uint32_t>(largest_.joint_colours.size());
+  }
+  uint32_t contacts_index() const {
+    return self_contacts_index() + (Has(StepStage::kSolveSelfContacts) ? 1 : 0);
   }
   uint32_t end_sweep_index() const { return contacts_index() + 1; }
 
@@ -131,6 +145,7 @@ class TiledStep {
     for (const uint32_t size : largest_.joint_colours) {
       args.push_back({GroupsFor(size, local_size), 0, 1, item_count_});
     }
+    if (Has(StepStage::kSolveSelfContacts)) args.push_back({1, 0, 1, item_count_});
     args.push_back({GroupsFor(largest_.particles, local_size), 0, 1, item_count_});
     args.push_back({1, 0, 1, 1});
     dispatches_.Upload(0, std::as_bytes(std::span(args)));
@@ -257,15 +272,22 @@ class TiledStep {
       PrepareSweepControl(*kernels_.tiled_begin_sweeps, substep, 0);
       Dispatch(1, 1);
     }
-    while (sweep < largest_.max_iterations) {
+    const uint32_t sweeps = MostSweeps();
+    while (sweep < sweeps) {
       Sweep(substep, sweep);
       if (has_tolerance) {
         PrepareSweepControl(*kernels_.tiled_end_sweep, substep, sweep);
         DispatchIndirect(end_sweep_index());
       }
-      if (++sweep < largest_.max_iterations && IsDue(pause)) return false;
+      if (++sweep < sweeps && IsDue(pause)) return false;
     }
     return true;
+  }
+
+  // Those after hard hits, which the kernels of other cloths leave out.
+  uint32_t MostSweeps() const {
+    return largest_.max_iterations +
+           (Has(StepStage::kSolveSelfContacts) ? self_contact::kHitSweeps : 0);
   }
 
   void Sweep(uint32_t substep, uint32_t sweep) {
@@ -273,6 +295,7 @@ class TiledStep {
     Refine(substep, sweep);
     SolveDistance(substep, sweep);
     SolveJoints(substep, sweep);
+    SolveSelfContacts(substep, sweep);
     SolveContacts(substep, sweep);
   }
 
@@ -326,6 +349,14 @@ class TiledStep {
     }
   }
 
+  void SolveSelfContacts(uint32_t substep, uint32_t sweep) {
+    if (!Has(StepStage::kSolveSelfContacts)) return;
+    const gl::Program& pairs = *kernels_.tiled_solve_self_contacts;
+    Prepare(pairs, substep);
+    pairs.SetUniform(DRAPE_UNIFORM_SWEEP, sweep);
+    DispatchSweepStage(self_contacts_index(), 1);
+  }
+
   void SolveContacts(uint32_t substep, uint32_t sweep) {
     if (!Has(StepStage::kSolveContacts)) return;
     const gl::Program& contacts = *kernels_.tiled_solve_contacts;
@@ -342,13 +373,18 @@ class TiledStep {
     }
   }
 
-  // With correct_velocity, unless the stage solve_velocity is between them.
-  void Integrate(uint32_t substep) { DispatchParticles(*kernels_.tiled_integrate, substep); }
+  // With correct_velocity, unless a stage is between them.
+  void Integrate(uint32_t substep) {
+    DispatchParticles(*kernels_.tiled_integrate, substep);
+    if (Has(StepStage::kGuardSelfContacts)) {
+      DispatchCloths(*kernels_.tiled_guard_self_contacts, substep);
+    }
+  }
 
   // False: paused.
   bool SolveVelocity(uint32_t substep, uint32_t& sweep, const Pause& pause) {
-    if (!Has(StepStage::kSolveVelocity)) return true;
-    while (sweep < largest_.velocity_iterations) {
+    if (!Has(StepStage::kSolveVelocity) && !Has(StepStage::kGuardSelfContacts)) return true;
+    while (Has(StepStage::kSolveVelocity) && sweep < largest_.velocity_iterations) {
       SweepVelocities(substep, sweep, 0, largest_.colours);
       SweepVelocities(substep, sweep, 1, largest_.joint_colours);
       if (++sweep < largest_.velocity_iterations && IsDue(pause)) return false;
@@ -389,7 +425,7 @@ uint64_t MostDispatchesOfSweep(const SceneModel& model) {
       uint64_t{model.strips().phase_count()} + model.colour_count() + model.joint_colour_count();
   // Three cloths may each have the most of one kind. The constants are the refinement, the contacts
   // and the end of the sweep.
-  return 3 * most + 5;
+  return 3 * most + 6;
 }
 
 uint32_t StepTiled(const VariantGroup& group, const DispatchLimits& limits,

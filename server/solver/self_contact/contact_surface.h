@@ -59,6 +59,8 @@ class ContactSurface {
   explicit ContactSurface(std::span<const SurfaceMember> members);
 
   uint32_t particle_count() const { return static_cast<uint32_t>(rest_positions_.size()); }
+  // [particle_count] [m]
+  std::span<const self_contact::Vector3d> rest_positions() const { return rest_positions_; }
   std::span<const std::array<uint32_t, 3>> triangles() const { return triangles_; }
   std::span<const std::array<uint32_t, 2>> edges() const { return edges_; }  // ascending
   std::span<const ContactPatch> patches() const { return patches_; }

@@ -1,0 +1,41 @@
+#include "server/solver/gl_compute/self_contact_measures.h"
+
+#include "server/solver/self_contact/crossing_search.h"
+
+namespace drape {
+
+namespace {
+
+std::vector<self_contact::Vector3d> InDouble(std::span<const float> positions) {
+  std::vector<self_contact::Vector3d> result;
+  for (size_t k = 0; k + 2 < positions.size(); k += 3) {
+    result.push_back(self_contact::Vector3d{positions[k], positions[k + 1], positions[k + 2], 0});
+  }
+  return result;
+}
+
+}  // namespace
+
+std::vector<uint32_t> FlagCrossings(const ContactSurface& surface,
+                                    std::span<const float> positions) {
+  std::vector<uint32_t> flags;
+  for (const self_contact::Crossing& crossing :
+       self_contact::FindCrossings(surface, InDouble(positions))) {
+    flags.resize(surface.particle_count(), 0);
+    for (const uint32_t i : surface.edges()[crossing.edge]) flags[i] = 1;
+    for (const uint32_t i : surface.triangles()[crossing.triangle]) flags[i] = 1;
+  }
+  return flags;
+}
+
+void AddSelfContacts(const ContactSurface& surface, const ClothParameters& parameters,
+                     std::span<const float> positions, Measurements& measured) {
+  const double thickness_m = SelfContactOf(parameters).thickness_m;
+  const self_contact::SelfContactMeasures its =
+      self_contact::MeasureSelfContacts(surface, thickness_m, InDouble(positions))[0];
+  measured.near_pairs = its.near_pairs;
+  measured.smallest_distance_m = its.smallest_distance_m;
+  measured.crossings = its.crossings;
+}
+
+}  // namespace drape
