@@ -67,7 +67,6 @@ class CpuBackend final : public Backend {
                       (thread_count_ == 1 ? " core, " : " cores, ") + ProcessorName() + ", " +
                       LanesText(),
             .scalar = ScalarType::kFloat32,
-            .is_hardware_gpu = false,
             .has_self_collision = true,
             .has_worlds = true,
             .has_impulses = true,
