@@ -76,7 +76,7 @@ Outcome Play(const CpuBackendOptions& options, bool use_lanes,
 }
 
 TEST(SelfContactLanesTest, AreBitExact) {
-  if (CreateCpuBackend()->Describe().plan_of(*Sheet().model) != std::string("lanes")) {
+  if (CreateCpuBackend()->Describe().plan_of(*Sheet().model, false) != std::string("lanes")) {
     GTEST_SKIP() << "this machine has no lanes";
   }
   std::vector<uint32_t> all(kCloths);
