@@ -106,7 +106,8 @@ INSTANTIATE_TEST_SUITE_P(Widths, GoldenExamplesTest,
 INSTANTIATE_TEST_SUITE_P(Widths, GoldenExamplesLong, testing::Values(kReference, kCpu, kGl),
                          [](const auto& one) { return one.param.file; });
 
-// gl has no worlds, no cloths that touch themselves, and no colliders that forces move.
+// gl has no worlds and no colliders that forces move; its kernels for cloths that touch themselves,
+// which take long to compile, have tests of their own (tests/gl_compute, tests/physics).
 bool IsForGl(const v1::Scene& scene) {
   return std::ranges::all_of(scene.cloths(), [](const v1::SceneCloth& cloth) {
     const auto& colliders = cloth.spec().environment().colliders();
