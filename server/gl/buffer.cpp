@@ -3,6 +3,8 @@
 #include <limits>
 #include <string>
 
+#include "server/gl/context.h"
+
 namespace drape::gl {
 
 Result<Buffer> Buffer::Create(size_t size_bytes, GLbitfield flags) {
@@ -43,8 +45,7 @@ Buffer::~Buffer() {
 void Buffer::Upload(size_t offset_bytes, std::span<const std::byte> bytes) {
   DRAPE_CHECK(offset_bytes + bytes.size() <= size_bytes_, "upload beyond the end of a buffer");
   if (bytes.empty()) return;
-  glNamedBufferSubData(name_, static_cast<GLintptr>(offset_bytes),
-                       static_cast<GLsizeiptr>(bytes.size()), bytes.data());
+  Context::Current().staging().CopyTo(name_, offset_bytes, bytes);
 }
 
 void Buffer::Download(size_t offset_bytes, std::span<std::byte> bytes) const {

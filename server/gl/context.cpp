@@ -52,6 +52,9 @@ std::string MissingLibrary() {
   return "";
 }
 
+// The last that this thread made current.
+thread_local Context* current = nullptr;
+
 bool IsSoftwareRenderer(const std::string& renderer) {
   for (const char* name : {"llvmpipe", "softpipe", "swrast", "SWR", "Software"}) {
     if (renderer.find(name) != std::string::npos) return true;
@@ -197,6 +200,7 @@ Result<std::unique_ptr<Context>> Context::CreateOnDisplay(void* display, void* s
   if (!eglMakeCurrent(display, EGL_NO_SURFACE, EGL_NO_SURFACE, egl_context)) {
     return NotUsable("context not usable, " + Hex(eglGetError()));
   }
+  current = context.get();
   DRAPE_RETURN_IF_ERROR(context->Describe(accept_software));
   EnableDebugLog();
   return context;
@@ -225,17 +229,26 @@ Status Context::Describe(bool accept_software) {
 
 Context::~Context() {
   // The display stays initialised: other contexts of the process may share it.
+  staging_.Forget();
   if (eglGetCurrentContext() == context_) {
     eglMakeCurrent(display_, EGL_NO_SURFACE, EGL_NO_SURFACE, EGL_NO_CONTEXT);
   }
+  if (current == this) current = nullptr;
   eglDestroyContext(display_, context_);
 }
 
 void Context::MakeCurrent() {
+  current = this;
   if (eglGetCurrentContext() == context_) return;
   eglBindAPI(EGL_OPENGL_API);
   DRAPE_CHECK(eglMakeCurrent(display_, EGL_NO_SURFACE, EGL_NO_SURFACE, context_),
               "an OpenGL context belongs to the thread that made it");
+}
+
+Context& Context::Current() {
+  DRAPE_CHECK(current != nullptr && eglGetCurrentContext() == current->context_,
+              "a context must be current");
+  return *current;
 }
 
 std::string Context::ResetReason() const {

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "server/core/status.h"
+#include "server/gl/staging.h"
 
 namespace drape::gl {
 
@@ -68,6 +69,8 @@ class Context {
 
   // Cheap if it is current already.
   void MakeCurrent();
+  // Of the calling thread; one must be.
+  static Context& Current();
 
   ShareHandle share_handle() const { return {.display = display_, .context = context_}; }
 
@@ -75,6 +78,7 @@ class Context {
   const std::string& renderer() const { return renderer_; }
   const std::string& version() const { return version_; }
   const DeviceLimits& limits() const { return limits_; }
+  Staging& staging() { return staging_; }
 
   // Empty, or why the device has lost all its memory (GL_KHR_robustness).
   std::string ResetReason() const;
@@ -93,6 +97,7 @@ class Context {
   std::string renderer_;
   std::string version_;
   DeviceLimits limits_;
+  Staging staging_;
 };
 
 }  // namespace drape::gl

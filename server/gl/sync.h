@@ -35,6 +35,8 @@ class Fence {
   // Blocks the thread until the device has reached the fence, or the process ends as in
   // WaitForDevice. A context of the share group must be current.
   void Wait() const;
+  // The context is gone.
+  void Forget() { sync_ = nullptr; }
 
  private:
   GLsync sync_ = nullptr;

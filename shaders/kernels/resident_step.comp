@@ -6,6 +6,8 @@
 // States; writes States, Scratch, Statuses. SI units. With LOOP_BUDGET (drivers that cut long loops,
 // server/gl/README.md) a dispatch stops before it exceeds that many passes through loops, and the next one
 // continues there. The arithmetic is the same.
+layout(local_size_x = LOCAL_SIZE) in;  // before what asks for the size of the work group (lanes.glsl)
+
 #include "stages/access_resident.glsl"
 #include "stages/apply_springs.glsl"
 #include "stages/apply_elastic.glsl"
@@ -31,8 +33,6 @@ vec2 EnergySum(uint s) { return vec2(shared_inverse_masses[2u * s], shared_inver
 void EndSumPhase() { PhaseBarrier(); }
 #include "stages/watch_energy.glsl"
 #endif
-
-layout(local_size_x = LOCAL_SIZE) in;
 
 #ifdef LOOP_BUDGET
 layout(location = DRAPE_UNIFORM_PART) uniform uint part;

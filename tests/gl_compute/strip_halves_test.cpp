@@ -65,8 +65,8 @@ TEST(SharedRecordTest, ItChangesNoBit) {
 // ones.
 TEST(RootsTest, CorrectedOnesDoNotDependOnTheDriver) {
   const std::unique_ptr<Backend> exact = MakeGlBackend({.strip_solve = kFromBothEnds});
-  const std::unique_ptr<Backend> inexact =
-      MakeGlBackend({.strip_solve = kFromBothEnds, .inject_root_errors = true});
+  const std::unique_ptr<Backend> inexact = MakeGlBackend(
+      {.strip_solve = kFromBothEnds, .correct_roots = false, .inject_root_errors = true});
   const std::unique_ptr<Backend> corrected = MakeGlBackend(
       {.strip_solve = kFromBothEnds, .correct_roots = true, .inject_root_errors = true});
   const std::vector<float> expected = ThrownAboutSheet(*exact, 11, 7);
