@@ -4,7 +4,7 @@
 // solve_hinges, damp_twist, tether, solve_strips, refine, solve_distance, solve_joints, solve_contacts, integrate,
 // solve_velocity, correct_velocity, commit (server/solver/method.md). Reads Items, Cloths, Models, Parameters,
 // States; writes States, Scratch, Statuses. SI units. With LOOP_BUDGET (drivers that cut long loops,
-// server/gl/README.md) a dispatch stops before it exceeds that many passes through loops, and the next one
+// server/gl/drivers.md) a dispatch stops before it exceeds that many passes through loops, and the next one
 // continues there. The arithmetic is the same.
 layout(local_size_x = LOCAL_SIZE) in;  // before what asks for the size of the work group (lanes.glsl)
 

@@ -11,7 +11,7 @@ namespace {
 constexpr DeviceSizes kTable[] = {
     // llvmpipe runs a work group on one core, in vectors of 8 invocations. It switches between
     // several vectors at each barrier, which slows small cloths. Fewer invocations mean longer
-    // loops, and a dispatch may have 65535 passes (server/gl/README.md); so large resident cloths,
+    // loops, and a dispatch may have 65535 passes (server/gl/drivers.md); so large resident cloths,
     // where the difference is a few percent, keep 32. Tiled cloths have no barriers but a cost per
     // work group.
     {.is_software = true,
