@@ -156,7 +156,23 @@ void PackTethers(const SceneModel& model, PackedModel& packed) {
   }
 }
 
-void PackStrips(const SceneModel& model, PackedModel& packed) {
+// What a kernel knows of the links of strips without looking for their strips.
+void PackStripLinks(const StripSet& strips, PackedModel& packed) {
+  std::vector<uint32_t>& words = packed.words;
+  packed.layout.strip_ends = Position(words);
+  for (uint32_t s = 0; s < strips.strip_count(); ++s) {
+    for (uint32_t k = strips.strip_offsets[s]; k < strips.strip_offsets[s + 1]; ++k) {
+      words.push_back(strips.particles[k + s] | strips.particles[k + s + 1] << 16);
+    }
+  }
+  packed.layout.strip_turns = Position(words);
+  for (uint32_t s = 0; s < strips.strip_count(); ++s) {
+    const uint32_t begin = strips.strip_offsets[s], end = strips.strip_offsets[s + 1];
+    for (uint32_t k = begin; k < end; ++k) words.push_back((k - begin) | (end - begin) << 16);
+  }
+}
+
+void PackStrips(const SceneModel& model, bool is_resident, PackedModel& packed) {
   const StripSet& strips = model.strips();
   const auto append = [&packed](const std::vector<uint32_t>& values) {
     const uint32_t begin = Position(packed.words);
@@ -172,6 +188,7 @@ void PackStrips(const SceneModel& model, PackedModel& packed) {
   for (const uint32_t constraint : strips.constraints) {
     words.push_back(FloatWord(model.constraints()[constraint].rest_length_m));
   }
+  if (is_resident) PackStripLinks(strips, packed);
   packed.layout.regular_strips = Position(words);
   for (const RegularStrip& strip : FindRegularStrips(model)) {
     words.insert(words.end(), {strip.link_begin, strip.link_end, strip.first_particle, strip.stride,
@@ -210,7 +227,7 @@ PackedModel PackModel(const SceneModel& model, const ModelUse& use) {
   packed.layout.pins = Position(packed.words);
   packed.words.insert(packed.words.end(), model.pins().begin(), model.pins().end());
   PackTethers(model, packed);
-  PackStrips(model, packed);
+  PackStrips(model, IsResident(model, use.surface != nullptr), packed);
   if (use.has_air_forces) PackTriangles(model, packed);
   if (use.surface != nullptr) packed.contacts = PackSurface(*use.surface, packed.words);
   return packed;
