@@ -1,15 +1,16 @@
 // Kernel `tiled_solve_strips`: stage solve_strips for one phase. One invocation = one strip, or from both ends one work
-// group = one block of strips. Reads Models, Scratch; writes Scratch (velocities: u [m/s], lambdas [N s], links), Statuses (sweep_changed).
+// group = one block of strips. Reads Models, Scratch; writes Scratch (velocities: u [m/s], lambdas [N s], links),
+// Statuses (sweep_changed).
 #include "stages/access_tiled.glsl"
+#include "stages/solve_strips.glsl"
+#include "stages/sweep_end.glsl"
+// Each file is included once, so those under a condition come last.
 #ifdef HAS_STRIP_HALVES
 #define STRIP_ROWS LOCAL_SIZE
 // One of the kernels of the tiled plan that have phases of their own, in shared memory alone.
 void PhaseBarrier() { barrier(); }
 #include "stages/meet_strips.glsl"
-#else
-#include "stages/solve_strips.glsl"
 #endif
-#include "stages/sweep_end.glsl"
 
 layout(local_size_x = LOCAL_SIZE) in;
 

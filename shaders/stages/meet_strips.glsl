@@ -1,21 +1,23 @@
 // Stage `solve_strips` from both ends (server/solver/method.md, "solve_strips"), by a work group: each invocation
-// linearises a link, two per strip eliminate its rows from its ends towards the middle and substitute back, and each
-// applies the impulse of its link. So nothing but the pivots is found one after the other. Needs the accessors of one
-// plan, StripEnds and STRIP_ROWS.
+// linearises a link; cyclic reduction divides long strips into systems of every 2^n-th link; two invocations per
+// system eliminate its rows from its ends towards the middle and substitute back; each applies the impulse of its
+// link. So only few pivots are found one after the other. Needs the accessors of one plan, StripEnds and STRIP_ROWS.
+#include "lib/strip_reduction.glsl"
 #include "stages/solve_strips.glsl"
 
-// A block of strips has at most STRIP_ROWS links, the size of the work group, and half as many strips.
+// A block of strips has at most STRIP_ROWS links, the size of the work group, and so few strips that there are two
+// invocations per system.
 const uint kRowPlaces = uint(STRIP_ROWS) + uint(STRIP_ROWS) / 32u;
 
-// Four numbers of each link of a block, by the steps of MeetStrips:
-//   x  -             effect of the impulse before on this error [1/kg]; at the first link of a strip: whether any of
-//                    the strip has an error larger than the tolerance
-//   y  direction.x   effect of the impulse after on this error [1/kg]                                    pull.x [N s]
-//   z  direction.y   diagonal [1/kg], negative if `to` is a pin; ratio of EliminateRow                   pull.y
-//   w  direction.z   right side [m/s]; over the pivot [N s]; impulse [N s]                               pull.z
-// and at the last link of a half until it has met the other: x or y, whichever the half has used, the inverse pivot,
-// z the least pivot over the pivot. The links of a strip are neighbours, and strips an odd number of rows apart where
-// there is room: those who eliminate then meet no bank twice.
+// Four numbers of each link of a block, by the steps of MeetStrips. The equations are divided by their pivots:
+//   x  -            effect of the impulse before on this error [-]                                    ratio of the move
+//   y  direction.x  that of the impulse after                                                         pull.x [N s]
+//   z  direction.y  right side [N s]; with the rows before eliminated; impulse                        pull.y
+//   w  direction.z  excess of StripRow; least pivot [-]; effect of the next impulse over the pivot    pull.z
+// At the first link of a strip x says whether any of the strip has an error larger than the tolerance. At the last
+// link of a half, until it has met the other, x or y, whichever the half has used, is the least pivot over the pivot.
+// The links of a strip are neighbours, and strips an odd number of rows apart where there is room: those who eliminate
+// then meet no bank twice.
 shared vec4 shared_rows[kRowPlaces];
 shared uint shared_pins[(kRowPlaces + 31u) / 32u];  // a bit for each row whose `to` is a pin
 shared uint shared_has_excess;  // whether a particle of the block moves too far
@@ -95,124 +97,175 @@ vec2 LoadNeighbours(SideLink mine) {
   return effects;
 }
 
-void StoreRow(SideLink mine, vec2 effects) {
-  if (!mine.is_link) return;
-  float diagonal = mine.link.diagonal;
-#ifdef HAS_PINS
-  if (InverseMass(mine.to) == 0.0) {
-    diagonal = -diagonal;
-    FlagPin(mine.turn.row);
-  }
-#endif
+StripRow RowOf(SideLink mine, vec2 effects) {
   float right_side = StripRightSide(mine.link.error.residual, substep.inverse_interval);
-  if (mine.turn.k > 0u) {
-    shared_rows[mine.turn.row] = vec4(effects, diagonal, right_side);
-  } else {  // whose x others write
-    shared_rows[mine.turn.row].y = effects.y;
-    shared_rows[mine.turn.row].z = diagonal;
-    shared_rows[mine.turn.row].w = right_side;
-  }
-  if (IsBeyondTolerance(mine.link)) shared_rows[FirstRow(mine.turn)].x = 1.0;  // all writers write the same
+  return FirstRow(mine.link.diagonal, effects.x, effects.y, right_side);
 }
 
-// One end of the elimination.
-struct HalfStrip {
+// x of the first row of a strip is not its link's, which has no link before.
+void StoreRow(Turn turn, float before, float after, float right_side, float last) {
+  if (turn.k > 0u) {
+    shared_rows[turn.row] = vec4(before, after, right_side, last);
+  } else {
+    shared_rows[turn.row].y = after;
+    shared_rows[turn.row].z = right_side;
+    shared_rows[turn.row].w = last;
+  }
+}
+
+// Whether the strip is divided by reduction. Between two pins it has a link too many, whose pivot the elimination
+// raises where it ends at a pin.
+bool IsReduced(Turn strip) {
+  return cloth.strip_levels > 0u && !HasPin(FirstRow(strip), FirstRow(strip) + strip.link_count - 1u);
+}
+
+// The row of a link, or none.
+StripRow LoadRow(uint row) {
+  vec4 numbers = shared_rows[row];
+  return StripRow(numbers.x, numbers.y, numbers.z, numbers.w);
+}
+StripRow NoRow() { return StripRow(0.0, 0.0, 0.0, 0.0); }
+StripRow RowBefore(Turn turn, uint stride) {
+  if (turn.k < stride) return NoRow();
+  StripRow row = LoadRow(turn.row - stride);
+  if (turn.k == stride) row.before = 0.0;  // the first one
+  return row;
+}
+StripRow RowAfter(Turn turn, uint stride) {
+  return turn.k + stride < turn.link_count ? LoadRow(turn.row + stride) : NoRow();
+}
+
+// Eliminates from each equation those of both neighbours, so that every other link is left, and again. Replaces the
+// excesses of the rows by the least pivots. In uniform control flow.
+void ReduceRows(SideLink mine, StripRow row) {
+  bool is_reduced = mine.is_link && IsReduced(mine.turn);
+  // The pivot depends on particles on both sides, so its bound is lower than that of an elimination.
+  float least = MinPivot(mine.is_link ? InverseMass(mine.to) : 1.0);
+  if (is_reduced && InverseMass(mine.to) != 0.0) least = MIN_STRIP_PIVOT / float(1u << cloth.strip_levels);
+  precise float pivot = 1.0;  // over the diagonal
+  for (uint level = 0u; level < cloth.strip_levels; ++level) {
+    uint stride = 1u << level;
+    StripRow before = NoRow();
+    StripRow after = NoRow();
+    if (is_reduced) {
+      before = RowBefore(mine.turn, stride);
+      after = RowAfter(mine.turn, stride);
+    }
+    PhaseBarrier();
+    if (is_reduced) {
+      ReducedRow reduced = ReduceRow(row, before, after, true, Quotient(least, pivot));
+      row = reduced.row;
+      pivot = pivot * reduced.pivot;
+      StoreRow(mine.turn, row.before, row.after, row.right_side, row.excess);
+    }
+    PhaseBarrier();
+  }
+  if (mine.is_link) shared_rows[mine.turn.row].w = Quotient(least, pivot);
+}
+
+// One end of the elimination of a system.
+struct HalfSystem {
   bool is_second;  // which goes backwards
+  bool has_other;  // the other half has rows
+  uint stride;     // between its rows
   uint row_count;  // 0: there is none, or nothing to do
   uint row;        // the last one
-  bool has_other;  // the other half has rows
-  float ratio;     // there
-  float impulse;   // of the last link, at first without the other half [N s]
+  float ratio;     // there: effect of the next impulse, over the pivot
+  float impulse;   // of that link, at first without the other half [N s]
 };
 
-// Between two pins a strip has a link too many, whose pivot the elimination raises where it ends at a pin. Backwards
-// that would be another link, with other impulses; so a strip with pins in its second half is not divided.
-HalfStrip HalfOf(Turn strip, bool is_second) {
-  HalfStrip half_strip = HalfStrip(is_second, 0u, strip.row, false, 0.0, 0.0);
-  if (strip.link_count == 0u || shared_rows[strip.row].x == 0.0) return half_strip;
-  // Of three links at least, so that its last row is not the one with the flag.
-  uint of_first = strip.link_count > 2u ? (strip.link_count + 1u) / 2u : strip.link_count;
-  if (HasPin(strip.row + of_first, strip.row + strip.link_count)) of_first = strip.link_count;
-  half_strip.row_count = is_second ? strip.link_count - of_first : of_first;
-  half_strip.row += is_second ? of_first : of_first - 1u;
-  half_strip.has_other = of_first < strip.link_count;
-  return half_strip;
+// A strip with pins in its second half is not divided into halves: backwards, the link too many would be another one.
+HalfSystem LoadHalf(uint begin, uint end) {
+  uint lane = gl_LocalInvocationID.x;
+  HalfSystem mine = HalfSystem(lane % 2u == 1u, false, 1u << cloth.strip_levels, 0u, 0u, 0.0, 0.0);
+  uint system = lane / 2u;
+  if (system >= (end - begin) << cloth.strip_levels) return mine;
+  Turn strip = LoadTurn(models[cloth.model.strip_offsets + begin + (system >> cloth.strip_levels)]);
+  uint first = system & (mine.stride - 1u);
+  uint rows = 0u;
+  if (IsReduced(strip)) {
+    if (first < strip.link_count) rows = (strip.link_count - first + mine.stride - 1u) / mine.stride;
+  } else {
+    mine.stride = 1u;
+    if (first == 0u) rows = strip.link_count;
+  }
+  if (rows == 0u || shared_rows[strip.row].x == 0.0) return mine;
+  first += strip.row;
+  // Of three rows at least, so that its last one is not the one with the flag.
+  uint of_first = rows > 2u ? (rows + 1u) / 2u : rows;
+  if (mine.stride == 1u && HasPin(first + of_first, first + rows)) of_first = rows;
+  mine.has_other = of_first < rows;
+  mine.row_count = mine.is_second ? rows - of_first : of_first;
+  mine.row = first + mine.stride * (mine.is_second ? of_first : of_first - 1u);
+  return mine;
 }
 
 // Eliminates the rows of a half up to the last one, and leaves there what the other half needs of it. Each pass reads
 // the row of the next one: a single invocation waits for every result.
-void EliminateRows(inout HalfStrip half_strip) {
-  bool is_second = half_strip.is_second;
-  uint step = is_second ? ~0u : 1u;
-  uint place = half_strip.row - step * (half_strip.row_count - 1u);
-  bool ends_at_pin_at_last = is_second && HasPin(half_strip.row - 1u, half_strip.row);
-  vec4 row = shared_rows[place];
-  float coupling = 0.0;
-  float effect_on_before = 0.0;
-  float inverse_pivot = 0.0;
+void EliminateRows(inout HalfSystem mine) {
+  bool is_second = mine.is_second;
+  uint step = is_second ? 0u - mine.stride : mine.stride;
+  uint place = mine.row - step * (mine.row_count - 1u);
+  uint first = place;
+  float ratio = 0.0;
   float right_side = 0.0;
-  precise float ratio = 0.0;
-  precise float least_share = 0.0;
-  for (uint left = half_strip.row_count; left > 0u; --left) {
+  precise float share = 0.0;  // the least pivot over the pivot
+  vec4 row = shared_rows[place];
+  for (uint left = mine.row_count; left > 0u; --left) {
     uint next_place = left > 1u ? place + step : place;
     vec4 next = shared_rows[next_place];
-    float diagonal = abs(row.z);
-    bool ends_at_pin = is_second ? ends_at_pin_at_last && left == 1u : row.z < 0.0;
-    float min_pivot = MinPivot(ends_at_pin ? 0.0 : 1.0);
-    ratio = effect_on_before * inverse_pivot;
-    StripPivot pivot = EliminateRow(diagonal, min_pivot, row.w, coupling, ratio, right_side);
-    least_share = min_pivot * diagonal;
-    inverse_pivot = pivot.inverse_pivot;
-    right_side = pivot.right_side;
-    shared_rows[place].z = ratio;
-    shared_rows[place].w = right_side;
-    coupling = is_second ? next.y : next.x;
-    effect_on_before = is_second ? row.x : row.y;
+    float to_before = is_second ? row.y : row.x;
+    float to_next = is_second ? row.x : row.y;
+    if (place == first) to_before = 0.0;  // a flag, or nothing
+    float least = row.w;
+    if (left == 1u && is_second && HasPin(place - mine.stride, place - mine.stride + 1u)) {
+      least = MIN_STRIP_PIVOT_AT_PIN;
+    }
+    EliminatedRow eliminated = EliminateRow(to_before, to_next, row.z, least, ratio, right_side);
+    ratio = eliminated.ratio;
+    right_side = eliminated.right_side;
+    share = least * eliminated.inverse_pivot;
+    shared_rows[place].z = right_side;
+    shared_rows[place].w = ratio;
     row = next;
     place = next_place;
   }
-  half_strip.ratio = ratio;
-  half_strip.impulse = right_side;
-  if (!half_strip.has_other) return;
-  least_share = least_share * inverse_pivot;
+  mine.ratio = ratio;
+  mine.impulse = right_side;
+  if (!mine.has_other) return;
   if (is_second) {
-    shared_rows[half_strip.row].y = inverse_pivot;
+    shared_rows[mine.row].y = share;
   } else {
-    shared_rows[half_strip.row].x = inverse_pivot;
+    shared_rows[mine.row].x = share;
   }
-  shared_rows[half_strip.row].z = least_share;
 }
 
 // The impulse of the last link of a half, together with that of the other half [N s].
-float MeetingImpulse(HalfStrip half_strip) {
-  vec4 mine = shared_rows[half_strip.row];
-  vec4 other = shared_rows[half_strip.is_second ? half_strip.row - 1u : half_strip.row + 1u];
-  // Effects on the error of a link over its pivot.
-  precise float mine_of_other = mine.x * mine.y;
-  precise float other_of_mine = other.x * other.y;
-  precise float pivot = 1.0 - mine_of_other * other_of_mine;  // over that of either link
-  float inverse_pivot = Quotient(1.0, max(pivot, max(mine.z, other.z)));
-  precise float alone = mine.w - mine_of_other * other.w;
+float MeetingImpulse(HalfSystem mine) {
+  vec4 row = shared_rows[mine.row];
+  vec4 other = shared_rows[mine.is_second ? mine.row - mine.stride : mine.row + mine.stride];
+  precise float pivot = 1.0 - row.w * other.w;  // over that of either link
+  float least = mine.is_second ? max(row.y, other.x) : max(row.x, other.y);
+  float inverse_pivot = Quotient(1.0, max(pivot, least));
+  precise float alone = row.z - row.w * other.z;
   precise float impulse = alone * inverse_pivot;
   return impulse;
 }
 
 // Replaces the right sides of the rows of a half by its impulses, from the last one back.
-void SubstituteBack(HalfStrip half_strip) {
-  uint step = half_strip.is_second ? 1u : ~0u;
-  uint place = half_strip.row;
-  precise float impulse = half_strip.impulse;
-  precise float effect = half_strip.ratio * impulse;  // on the next one
-  shared_rows[place].w = impulse;
-  if (half_strip.row_count == 1u) return;
+void SubstituteBack(HalfSystem mine) {
+  uint step = mine.is_second ? mine.stride : 0u - mine.stride;
+  uint place = mine.row;
+  precise float impulse = mine.impulse;
+  shared_rows[place].z = impulse;
+  if (mine.row_count == 1u) return;
   place += step;
   vec4 row = shared_rows[place];
-  for (uint left = half_strip.row_count - 1u; left > 0u; --left) {
+  for (uint left = mine.row_count - 1u; left > 0u; --left) {
     uint next_place = left > 1u ? place + step : place;
     vec4 next = shared_rows[next_place];
-    impulse = row.w - effect;
-    effect = row.z * impulse;
-    shared_rows[place].w = impulse;
+    impulse = row.z - row.w * impulse;
+    shared_rows[place].z = impulse;
     row = next;
     place = next_place;
   }
@@ -290,8 +343,6 @@ void MeetStrips(uint begin, uint end, bool is_first_sweep) {
   uint lane = gl_LocalInvocationID.x;
   uint first_link = models[cloth.model.strip_offsets + begin];
   uint end_link = models[cloth.model.strip_offsets + end];
-  Turn strip = Turn(0u, 0u, 0u);  // of which this invocation eliminates a half
-  if (lane < 2u * (end - begin)) strip = LoadTurn(models[cloth.model.strip_offsets + begin + lane / 2u]);
   SideLink mine = LoadSideLink(first_link + lane, end_link, is_first_sweep);
   if (mine.is_link) shared_rows[mine.turn.row] = vec4(0.0, mine.link.direction);
   if (lane < (kRowPlaces + 31u) / 32u) shared_pins[lane] = 0u;
@@ -299,20 +350,32 @@ void MeetStrips(uint begin, uint end, bool is_first_sweep) {
   PhaseBarrier();
   vec2 effects = LoadNeighbours(mine);
   PhaseBarrier();
-  StoreRow(mine, effects);
+  StripRow row = RowOf(mine, effects);
+  if (mine.is_link) {
+    float last = cloth.strip_levels > 0u ? row.excess : MinPivot(InverseMass(mine.to));
+    StoreRow(mine.turn, row.before, row.after, row.right_side, last);
+    if (IsBeyondTolerance(mine.link)) shared_rows[FirstRow(mine.turn)].x = 1.0;  // all writers write the same
+#ifdef HAS_PINS
+    if (InverseMass(mine.to) == 0.0) FlagPin(mine.turn.row);
+#endif
+  }
   PhaseBarrier();
+  if (cloth.strip_levels > 0u) {
+    ReduceRows(mine, row);
+    PhaseBarrier();
+  }
 
-  HalfStrip half_strip = HalfOf(strip, lane % 2u == 1u);
-  if (half_strip.row_count > 0u) EliminateRows(half_strip);
+  HalfSystem half_system = LoadHalf(begin, end);
+  if (half_system.row_count > 0u) EliminateRows(half_system);
   PhaseBarrier();
-  if (half_strip.has_other) half_strip.impulse = MeetingImpulse(half_strip);
+  if (half_system.has_other && half_system.row_count > 0u) half_system.impulse = MeetingImpulse(half_system);
   PhaseBarrier();
-  if (half_strip.row_count > 0u) SubstituteBack(half_strip);
+  if (half_system.row_count > 0u) SubstituteBack(half_system);
   PhaseBarrier();
 
   if (mine.is_link) {
     mine.is_active = shared_rows[FirstRow(mine.turn)].x != 0.0;
-    mine.impulse = shared_rows[mine.turn.row].w;
+    mine.impulse = shared_rows[mine.turn.row].z;
   }
   if (mine.is_active) StorePull(mine, 1.0);
   PhaseBarrier();

@@ -98,11 +98,13 @@ uint64_t EliminationPasses(const StripSet& strips, uint32_t local_size) {
 }
 
 // One sweep over the strips from both ends (shaders/stages/meet_strips.glsl): each invocation looks
-// for pins in words of 32 rows, goes through half of a strip or, where there are any, all of it, and
+// for pins in words of 32 rows, takes part in the levels of the reduction, goes through half of a strip or, where there are any, all of it, and
 // back, and through a strip once more where a particle moves too far.
 uint64_t BothEndsPasses(const StripSet& strips) {
   const uint64_t longest = LongestStrip(strips) + kLoopEnd;
-  return strips.phase_count() * (2 * (longest / 32 + kLoopEnd) + 3 * longest + 1) + kLoopEnd;
+  constexpr uint64_t kMostLevels = std::bit_width(kMaxStripLinks);
+  const uint64_t pins = longest / 32 + kLoopEnd;
+  return strips.phase_count() * (kMostLevels + 4 * pins + 3 * longest + 1) + kLoopEnd;
 }
 
 // One sweep over the strips by reduction: each round takes a strip per group of lanes,

@@ -17,14 +17,18 @@ struct StripRows {
   std::vector<uint32_t> turns;         // [constraint_count] the words `strip_turns` of a model
 };
 
-// Rows of the smallest work group that holds any strip: 256, 512 or 1024. 0 without strips.
+// Rows of the smallest work group that holds any strip: 256, 512 or 1024.
 uint32_t LeastRows(const StripSet& strips);
 
 // Whether each phase fits into one block of a resident cloth with so many rows.
 bool FitsInRows(const StripSet& strips, uint32_t row_count);
 
+// Levels of reduction after which strips are solved: a level costs as much as a few rows of an
+// elimination. Each doubles the systems, of which each takes two invocations.
+uint32_t StripLevels(const SceneModel& model, bool is_resident);
+
 // A phase is one block where the cloth is resident; else blocks have LeastRows rows and as many
-// strips as fit, at most half as many as rows. Pure.
+// strips as fit, with two invocations for each of their systems. Pure.
 StripRows FindStripRows(const SceneModel& model, bool is_resident);
 
 }  // namespace drape
