@@ -79,7 +79,10 @@ struct ClothRecord {
   uint hinge_period;          // substeps that share the forces of hinges
   uint triangle_count;        // 0 without air forces
   uint strip_phase_count;
-  uint strip_levels;  // of reduction before an elimination from both ends
+  // Strips from both ends: levels of reduction before the elimination, and those after which every
+  // equation is alone.
+  uint strip_levels;
+  uint strip_all_levels;
   uint grid_columns;
   uint grid_rows;
   uint collider_count;

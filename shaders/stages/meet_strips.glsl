@@ -1,7 +1,7 @@
 // Stage `solve_strips` from both ends (server/solver/method.md, "solve_strips"), by a work group: each invocation
-// linearises a link; cyclic reduction divides long strips into systems of every 2^n-th link; two invocations per
-// system eliminate its rows from its ends towards the middle and substitute back; each applies the impulse of its
-// link. So only few pivots are found one after the other. Needs the accessors of one plan, StripEnds and STRIP_ROWS.
+// linearises a link; cyclic reduction divides long strips into systems of every 2^n-th link, and solves those that
+// meet pins; two invocations per system eliminate its rows from its ends towards the middle and substitute back; each
+// applies the impulse of its link. So only few pivots are found one after the other. Needs the accessors of one plan, StripEnds and STRIP_ROWS.
 #include "lib/strip_reduction.glsl"
 #include "stages/solve_strips.glsl"
 
@@ -20,6 +20,7 @@ const uint kRowPlaces = uint(STRIP_ROWS) + uint(STRIP_ROWS) / 32u;
 // then meet no bank twice.
 shared vec4 shared_rows[kRowPlaces];
 shared uint shared_pins[(kRowPlaces + 31u) / 32u];  // a bit for each row whose `to` is a pin
+shared uint shared_has_pins;    // whether there is one
 shared uint shared_has_excess;  // whether a particle of the block moves too far
 
 vec3 RowVector(uint row) {
@@ -27,19 +28,21 @@ vec3 RowVector(uint row) {
   return vec3(numbers.y, numbers.z, numbers.w);
 }
 
-void FlagPin(uint row) { atomicOr(shared_pins[row >> 5], 1u << (row & 31u)); }
+void FlagPin(uint row) {
+  atomicOr(shared_pins[row >> 5], 1u << (row & 31u));
+  shared_has_pins = 1u;  // all writers write the same
+}
 
-// Whether any `to` of the rows [begin, end) is a pin.
-bool HasPin(uint begin, uint end) {
-  bool has_pin = false;
+// The first of the rows [begin, end) whose `to` is a pin; `end` if none is.
+uint FirstPin(uint begin, uint end) {
+  uint found = end;
 #ifdef HAS_PINS
-  for (uint word = begin >> 5; 32u * word < end; ++word) {
-    uint from_begin = 32u * word < begin ? ~0u << (begin & 31u) : ~0u;
-    uint to_end = 32u * word + 32u > end ? ~(~0u << (end & 31u)) : ~0u;
-    if ((shared_pins[word] & from_begin & to_end) != 0u) has_pin = true;
+  for (uint row = begin; row < found; row = (row | 31u) + 1u) {
+    uint pins = shared_pins[row >> 5] >> (row & 31u);
+    if (pins != 0u) found = min(found, row + uint(findLSB(pins)));
   }
 #endif
-  return has_pin;
+  return found;
 }
 
 // The place of a link in its strip, and of its row.
@@ -63,6 +66,7 @@ struct SideLink {
   uint to;
   LinearisedLink link;
   float impulse;   // [N s]
+  bool is_solved;  // its strip is solved by reduction alone
   bool is_active;  // any link of its strip has an error larger than the tolerance
 };
 
@@ -72,7 +76,7 @@ bool HasNext(Turn turn) { return turn.k + 1u < turn.link_count; }
 SideLink LoadSideLink(uint place, uint end, bool is_first_sweep) {
   DistanceError no_error = DistanceError(vec3(0.0), 0.0);
   SideLink mine = SideLink(place < end, place, Turn(0u, 0u, 0u), 0u, 0u,
-                           LinearisedLink(0.0, no_error, vec3(0.0), 1.0), 0.0, false);
+                           LinearisedLink(0.0, no_error, vec3(0.0), 1.0), 0.0, false, false);
   if (!mine.is_link) return mine;
   uvec2 ends = StripEnds(place);
   float rest_length = ModelFloat(cloth.model.strip_lengths + place);
@@ -113,12 +117,6 @@ void StoreRow(Turn turn, float before, float after, float right_side, float last
   }
 }
 
-// Whether the strip is divided by reduction. Between two pins it has a link too many, whose pivot the elimination
-// raises where it ends at a pin.
-bool IsReduced(Turn strip) {
-  return cloth.strip_levels > 0u && !HasPin(FirstRow(strip), FirstRow(strip) + strip.link_count - 1u);
-}
-
 // The row of a link, or none.
 StripRow LoadRow(uint row) {
   vec4 numbers = shared_rows[row];
@@ -131,36 +129,48 @@ StripRow RowBefore(Turn turn, uint stride) {
   if (turn.k == stride) row.before = 0.0;  // the first one
   return row;
 }
-StripRow RowAfter(Turn turn, uint stride) {
-  return turn.k + stride < turn.link_count ? LoadRow(turn.row + stride) : NoRow();
-}
-
-// Eliminates from each equation those of both neighbours, so that every other link is left, and again. Replaces the
-// excesses of the rows by the least pivots. In uniform control flow.
-void ReduceRows(SideLink mine, StripRow row) {
-  bool is_reduced = mine.is_link && IsReduced(mine.turn);
+// Eliminates from each equation those of both neighbours, so that every other link is left, and again. A strip that
+// meets pins is reduced until each equation is alone: between two pins it has a link too many, whose pivot the
+// elimination raises where it ends at a pin, so that this link is eliminated from no other. Replaces the excesses of
+// the rows by the least pivots. In uniform control flow.
+void ReduceRows(inout SideLink mine, StripRow row) {
+  uint end = FirstRow(mine.turn) + mine.turn.link_count;
+  uint pin = mine.is_link ? FirstPin(mine.turn.row, end) : end;  // the next one
+  mine.is_solved = mine.is_link && FirstPin(FirstRow(mine.turn), end) < end;
+  uint levels = mine.is_solved ? cloth.strip_all_levels : cloth.strip_levels;
   // The pivot depends on particles on both sides, so its bound is lower than that of an elimination.
-  float least = MinPivot(mine.is_link ? InverseMass(mine.to) : 1.0);
-  if (is_reduced && InverseMass(mine.to) != 0.0) least = MIN_STRIP_PIVOT / float(1u << cloth.strip_levels);
+  float least = MIN_STRIP_PIVOT / float(1u << levels);
+  if (mine.is_link && InverseMass(mine.to) == 0.0) least = MIN_STRIP_PIVOT_AT_PIN;
   precise float pivot = 1.0;  // over the diagonal
-  for (uint level = 0u; level < cloth.strip_levels; ++level) {
+  uint most_levels = shared_has_pins != 0u ? cloth.strip_all_levels : cloth.strip_levels;
+  for (uint level = 0u; level < most_levels; ++level) {
     uint stride = 1u << level;
+    bool is_reduced = mine.is_link && level < levels;
+    bool has_after = mine.turn.row + stride < pin;
     StripRow before = NoRow();
     StripRow after = NoRow();
     if (is_reduced) {
       before = RowBefore(mine.turn, stride);
-      after = RowAfter(mine.turn, stride);
+      if (has_after) after = LoadRow(mine.turn.row + stride);
     }
     PhaseBarrier();
     if (is_reduced) {
-      ReducedRow reduced = ReduceRow(row, before, after, true, Quotient(least, pivot));
+      ReducedRow reduced = ReduceRow(row, before, after, has_after, Quotient(least, pivot));
       row = reduced.row;
       pivot = pivot * reduced.pivot;
       StoreRow(mine.turn, row.before, row.after, row.right_side, row.excess);
     }
     PhaseBarrier();
   }
-  if (mine.is_link) shared_rows[mine.turn.row].w = Quotient(least, pivot);
+  if (mine.is_solved) {
+    mine.impulse = row.right_side;
+    if (pin < end && pin != mine.turn.row) {
+      precise float impulse = row.right_side - row.after * shared_rows[pin].z;
+      mine.impulse = impulse;
+    }
+  } else if (mine.is_link) {
+    shared_rows[mine.turn.row].w = Quotient(least, pivot);
+  }
 }
 
 // One end of the elimination of a system.
@@ -174,26 +184,16 @@ struct HalfSystem {
   float impulse;   // of that link, at first without the other half [N s]
 };
 
-// A strip with pins in its second half is not divided into halves: backwards, the link too many would be another one.
-HalfSystem LoadHalf(uint begin, uint end) {
-  uint lane = gl_LocalInvocationID.x;
-  HalfSystem mine = HalfSystem(lane % 2u == 1u, false, 1u << cloth.strip_levels, 0u, 0u, 0.0, 0.0);
-  uint system = lane / 2u;
-  if (system >= (end - begin) << cloth.strip_levels) return mine;
-  Turn strip = LoadTurn(models[cloth.model.strip_offsets + begin + (system >> cloth.strip_levels)]);
-  uint first = system & (mine.stride - 1u);
-  uint rows = 0u;
-  if (IsReduced(strip)) {
-    if (first < strip.link_count) rows = (strip.link_count - first + mine.stride - 1u) / mine.stride;
-  } else {
-    mine.stride = 1u;
-    if (first == 0u) rows = strip.link_count;
-  }
-  if (rows == 0u || shared_rows[strip.row].x == 0.0) return mine;
-  first += strip.row;
+// `strip`: that of the system; `index` of the system in it.
+HalfSystem HalfOf(Turn strip, uint index) {
+  HalfSystem mine = HalfSystem(gl_LocalInvocationID.x % 2u == 1u, false, 1u << cloth.strip_levels, 0u, 0u, 0.0, 0.0);
+  uint end = strip.row + strip.link_count;
+  uint first = strip.row + index;
+  // None, or nothing to do, or solved.
+  if (first >= end || shared_rows[strip.row].x == 0.0 || FirstPin(strip.row, end) < end) return mine;
+  uint rows = (end - first + mine.stride - 1u) >> cloth.strip_levels;
   // Of three rows at least, so that its last one is not the one with the flag.
   uint of_first = rows > 2u ? (rows + 1u) / 2u : rows;
-  if (mine.stride == 1u && HasPin(first + of_first, first + rows)) of_first = rows;
   mine.has_other = of_first < rows;
   mine.row_count = mine.is_second ? rows - of_first : of_first;
   mine.row = first + mine.stride * (mine.is_second ? of_first : of_first - 1u);
@@ -217,14 +217,10 @@ void EliminateRows(inout HalfSystem mine) {
     float to_before = is_second ? row.y : row.x;
     float to_next = is_second ? row.x : row.y;
     if (place == first) to_before = 0.0;  // a flag, or nothing
-    float least = row.w;
-    if (left == 1u && is_second && HasPin(place - mine.stride, place - mine.stride + 1u)) {
-      least = MIN_STRIP_PIVOT_AT_PIN;
-    }
-    EliminatedRow eliminated = EliminateRow(to_before, to_next, row.z, least, ratio, right_side);
+    EliminatedRow eliminated = EliminateRow(to_before, to_next, row.z, row.w, ratio, right_side);
     ratio = eliminated.ratio;
     right_side = eliminated.right_side;
-    share = least * eliminated.inverse_pivot;
+    share = row.w * eliminated.inverse_pivot;
     shared_rows[place].z = right_side;
     shared_rows[place].w = ratio;
     row = next;
@@ -343,29 +339,34 @@ void MeetStrips(uint begin, uint end, bool is_first_sweep) {
   uint lane = gl_LocalInvocationID.x;
   uint first_link = models[cloth.model.strip_offsets + begin];
   uint end_link = models[cloth.model.strip_offsets + end];
+  Turn strip = Turn(0u, 0u, 0u);  // with the system of which this invocation eliminates a half
+  uint system = lane / 2u;
+  if (system < (end - begin) << cloth.strip_levels) {
+    strip = LoadTurn(models[cloth.model.strip_offsets + begin + (system >> cloth.strip_levels)]);
+  }
   SideLink mine = LoadSideLink(first_link + lane, end_link, is_first_sweep);
   if (mine.is_link) shared_rows[mine.turn.row] = vec4(0.0, mine.link.direction);
   if (lane < (kRowPlaces + 31u) / 32u) shared_pins[lane] = 0u;
-  if (lane == 0u) shared_has_excess = 0u;
+  if (lane == 0u) {
+    shared_has_pins = 0u;
+    shared_has_excess = 0u;
+  }
   PhaseBarrier();
   vec2 effects = LoadNeighbours(mine);
   PhaseBarrier();
   StripRow row = RowOf(mine, effects);
   if (mine.is_link) {
-    float last = cloth.strip_levels > 0u ? row.excess : MinPivot(InverseMass(mine.to));
-    StoreRow(mine.turn, row.before, row.after, row.right_side, last);
+    StoreRow(mine.turn, row.before, row.after, row.right_side, row.excess);
     if (IsBeyondTolerance(mine.link)) shared_rows[FirstRow(mine.turn)].x = 1.0;  // all writers write the same
 #ifdef HAS_PINS
     if (InverseMass(mine.to) == 0.0) FlagPin(mine.turn.row);
 #endif
   }
   PhaseBarrier();
-  if (cloth.strip_levels > 0u) {
-    ReduceRows(mine, row);
-    PhaseBarrier();
-  }
+  ReduceRows(mine, row);
+  PhaseBarrier();
 
-  HalfSystem half_system = LoadHalf(begin, end);
+  HalfSystem half_system = HalfOf(strip, system & ((1u << cloth.strip_levels) - 1u));
   if (half_system.row_count > 0u) EliminateRows(half_system);
   PhaseBarrier();
   if (half_system.has_other && half_system.row_count > 0u) half_system.impulse = MeetingImpulse(half_system);
@@ -375,7 +376,7 @@ void MeetStrips(uint begin, uint end, bool is_first_sweep) {
 
   if (mine.is_link) {
     mine.is_active = shared_rows[FirstRow(mine.turn)].x != 0.0;
-    mine.impulse = shared_rows[mine.turn.row].z;
+    if (!mine.is_solved) mine.impulse = shared_rows[mine.turn.row].z;
   }
   if (mine.is_active) StorePull(mine, 1.0);
   PhaseBarrier();

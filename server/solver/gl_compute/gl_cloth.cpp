@@ -124,6 +124,7 @@ void SetModel(const GlCloth& cloth, shader::ClothRecord& record) {
   record.hinge_period = cloth.plan.solver.hinge_period;
   record.strip_phase_count = model.strips().phase_count();
   record.strip_levels = StripLevels(model, !cloth.kernels->variant.is_tiled());
+  record.strip_all_levels = AllStripLevels(model.strips());
   record.grid_columns = model.grid_columns();
   record.grid_rows = model.grid_rows();
   record.measure_piece_count = MeasurePieceCount(model);

@@ -1,6 +1,7 @@
 #include "server/solver/gl_compute/strip_rows.h"
 
 #include <algorithm>
+#include <bit>
 
 #include "server/solver/gl_compute/kernel_costs.h"
 
@@ -79,6 +80,11 @@ uint32_t StripLevels(const SceneModel& model, bool is_resident) {
     ++levels;
   }
   return levels;
+}
+
+uint32_t AllStripLevels(const StripSet& strips) {
+  const uint64_t longest = std::max<uint64_t>(LongestStrip(strips), 1);
+  return static_cast<uint32_t>(std::bit_width(longest - 1));
 }
 
 StripRows FindStripRows(const SceneModel& model, bool is_resident) {

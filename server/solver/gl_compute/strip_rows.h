@@ -27,6 +27,9 @@ bool FitsInRows(const StripSet& strips, uint32_t row_count);
 // elimination. Each doubles the systems, of which each takes two invocations.
 uint32_t StripLevels(const SceneModel& model, bool is_resident);
 
+// Levels of reduction after which every equation is alone.
+uint32_t AllStripLevels(const StripSet& strips);
+
 // A phase is one block where the cloth is resident; else blocks have LeastRows rows and as many
 // strips as fit, with two invocations for each of their systems. Pure.
 StripRows FindStripRows(const SceneModel& model, bool is_resident);
