@@ -32,7 +32,7 @@ std::string Session::Impl::Export(const std::string& saved_name) const {
   for (uint32_t cuts = 0;; ++cuts) {
     const size_t before = bytes.size();
     try {
-      Send(/*is_repeatable=*/true, more);
+      Send(IsRepeatable(request), more);
       return bytes;
     } catch (const Error& error) {
       const bool goes_on = error.code() == ErrorCode::kUnavailable && cuts < kMaxCuts &&
