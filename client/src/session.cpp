@@ -238,7 +238,7 @@ v1::StepResponse Session::Step(v1::StepRequest request) {
 
 SteppedStates Session::StepStates(v1::StepRequest request) {
   request.set_session(impl_->name);
-  impl_->NameRequest(&request);
+  impl_->GiveId(&request);
   StepParts parts;
   impl_->Send(IsRepeatable(request), [&](grpc::ClientContext* context) {
     parts.Clear();

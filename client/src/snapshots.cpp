@@ -77,7 +77,7 @@ RestoredCloths Session::Restore(std::string_view snapshot, bool inexact,
   first.mutable_begin()->set_inexact(inexact);
   first.mutable_begin()->set_total_bytes(snapshot.size());
   first.mutable_begin()->set_request_id(request_id);
-  impl_->NameRequest(first.mutable_begin());
+  impl_->GiveId(first.mutable_begin());
   v1::ImportClothsResponse response;
   impl_->Send(IsRepeatable(first.begin()), [&](grpc::ClientContext* context) {
     const auto writer = impl_->connection->stub->ImportCloths(context, &response);
