@@ -19,17 +19,38 @@ float StripCoupling(vec3 direction, vec3 n_end_of_other, float inverse_mass) {
   return coupling;
 }
 
-// Eliminates the link before from this one. `diagonal` = (w_from + w_to) slope + alpha/h^2 [1/kg], `min_pivot` the
-// least share of it that a pivot has. `coupling`: effect of the previous link's impulse on this error; `ratio`:
-// effect of this impulse on the previous error, over its pivot.
-StripLink EliminateLink(DistanceError error, vec3 direction, float diagonal, float min_pivot,
-                        float inverse_h, float coupling, float ratio, StripLink before) {
+// A row of the system after elimination.
+struct StripPivot {
+  float inverse_pivot;  // [kg]
+  float right_side;     // over the pivot [N s]
+};
+
+// Eliminates the row before, whose right side over its pivot is `right_before` [N s], from one with this diagonal
+// [1/kg] and right side [m/s]. `min_pivot` is the least share of the diagonal that a pivot has. `coupling`: effect of
+// the impulse before on this error [1/kg]; `ratio`: effect of this impulse on the error before, over its pivot.
+StripPivot EliminateRow(float diagonal, float min_pivot, float right_side, float coupling, float ratio,
+                        float right_before) {
   precise float pivot = diagonal - coupling * ratio;
-  precise float right_side = -error.residual * inverse_h - coupling * before.right_side;
+  precise float right_alone = right_side - coupling * right_before;
   precise float least = min_pivot * diagonal;
   float inverse_pivot = Quotient(1.0, max(pivot, least));
-  precise float impulse = right_side * inverse_pivot;
-  return StripLink(direction, error.direction, inverse_pivot, impulse);
+  precise float impulse = right_alone * inverse_pivot;
+  return StripPivot(inverse_pivot, impulse);
+}
+
+// The right side of the row of a link: the change of velocity that removes its residual [m] in a substep [m/s].
+float StripRightSide(float residual, float inverse_h) {
+  precise float right_side = -residual * inverse_h;
+  return right_side;
+}
+
+// Eliminates the link before from this one, whose `diagonal` is (w_from + w_to) slope + alpha/h^2 [1/kg]. The others
+// as in EliminateRow.
+StripLink EliminateLink(DistanceError error, vec3 direction, float diagonal, float min_pivot,
+                        float inverse_h, float coupling, float ratio, StripLink before) {
+  StripPivot pivot = EliminateRow(diagonal, min_pivot, StripRightSide(error.residual, inverse_h), coupling, ratio,
+                                  before.right_side);
+  return StripLink(direction, error.direction, pivot.inverse_pivot, pivot.right_side);
 }
 
 #endif

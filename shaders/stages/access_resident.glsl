@@ -4,6 +4,11 @@
 
 #include "stages/buffers.glsl"
 
+// An invocation has one particle at most, of which it may keep what no other one reads.
+#if LOCAL_SIZE >= CAPACITY
+#define OWNS_PARTICLE
+#endif
+
 // Each element once: an invocation takes every LOCAL_SIZE-th.
 #define FOR_EACH(index, begin, end) \
   for (uint index = (begin) + gl_LocalInvocationID.x; index < (end); index += LOCAL_SIZE)

@@ -156,7 +156,33 @@ void PackTethers(const SceneModel& model, PackedModel& packed) {
   }
 }
 
-void PackStrips(const SceneModel& model, PackedModel& packed) {
+// What a kernel knows of the links of strips without looking for their strips. `room`: rows that
+// the smallest kernel has for a phase.
+void PackStripLinks(const StripSet& strips, uint32_t room, PackedModel& packed) {
+  std::vector<uint32_t>& words = packed.words;
+  packed.layout.strip_ends = Position(words);
+  for (uint32_t s = 0; s < strips.strip_count(); ++s) {
+    for (uint32_t k = strips.strip_offsets[s]; k < strips.strip_offsets[s + 1]; ++k) {
+      words.push_back(strips.particles[k + s] | strips.particles[k + s + 1] << 16);
+    }
+  }
+  packed.layout.strip_turns = Position(words);
+  for (uint32_t phase = 0; phase < strips.phase_count(); ++phase) {
+    const uint32_t first = strips.phase_offsets[phase], last = strips.phase_offsets[phase + 1];
+    const uint32_t links = strips.strip_offsets[last] - strips.strip_offsets[first];
+    // An invocation per strip meets the others in the same bank if strips are an even number of
+    // rows apart.
+    const bool has_room = links + (last - first) <= room;
+    uint32_t row = 0;
+    for (uint32_t s = first; s < last; ++s) {
+      const uint32_t count = strips.strip_offsets[s + 1] - strips.strip_offsets[s];
+      for (uint32_t k = 0; k < count; ++k) words.push_back(k | (count - 1) << 10 | (row + k) << 20);
+      row += has_room && count % 2 == 0 ? count + 1 : count;
+    }
+  }
+}
+
+void PackStrips(const SceneModel& model, bool is_resident, PackedModel& packed) {
   const StripSet& strips = model.strips();
   const auto append = [&packed](const std::vector<uint32_t>& values) {
     const uint32_t begin = Position(packed.words);
@@ -172,6 +198,8 @@ void PackStrips(const SceneModel& model, PackedModel& packed) {
   for (const uint32_t constraint : strips.constraints) {
     words.push_back(FloatWord(model.constraints()[constraint].rest_length_m));
   }
+  const uint32_t particles = model.particle_count();
+  if (is_resident) PackStripLinks(strips, particles + particles / 32, packed);
   packed.layout.regular_strips = Position(words);
   for (const RegularStrip& strip : FindRegularStrips(model)) {
     words.insert(words.end(), {strip.link_begin, strip.link_end, strip.first_particle, strip.stride,
@@ -210,7 +238,7 @@ PackedModel PackModel(const SceneModel& model, const ModelUse& use) {
   packed.layout.pins = Position(packed.words);
   packed.words.insert(packed.words.end(), model.pins().begin(), model.pins().end());
   PackTethers(model, packed);
-  PackStrips(model, packed);
+  PackStrips(model, IsResident(model, use.surface != nullptr), packed);
   if (use.has_air_forces) PackTriangles(model, packed);
   if (use.surface != nullptr) packed.contacts = PackSurface(*use.surface, packed.words);
   return packed;

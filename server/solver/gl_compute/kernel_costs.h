@@ -12,15 +12,19 @@ namespace drape {
 
 // Upper bounds on the passes through loops that one invocation of `resident_step` makes. Mesa's
 // llvmpipe leaves every loop for good after 65535 passes per invocation, without an error
-// (server/gl/README.md); on hardware a watchdog stops kernels that run for seconds.
+// (server/gl/drivers.md); on hardware a watchdog stops kernels that run for seconds.
 struct LoopCosts {
   uint64_t sweep = 0;    // one sweep
   uint64_t substep = 0;  // a substep without its sweeps
   uint64_t fixed = 0;    // loading, first kick, refinement, pausing, committing
 };
 
-LoopCosts CountResidentLoops(const PlannedCloth& cloth, uint32_t local_size,
+// `capacity` as in KernelVariant.
+LoopCosts CountResidentLoops(const PlannedCloth& cloth, uint32_t capacity, uint32_t local_size,
                              StripSolve strip_solve = StripSolve::kElimination);
+
+// Links of the phase that has most; 0 without strips.
+uint64_t LargestPhase(const StripSet& strips);
 
 // Links of the longest strip; 0 without strips.
 uint64_t LongestStrip(const StripSet& strips);
