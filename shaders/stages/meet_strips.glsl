@@ -1,28 +1,43 @@
-// Stage `solve_strips` from both ends (server/solver/method.md, "solve_strips"), spread over a work group: each
-// invocation linearises some links of a phase, one invocation per strip eliminates its rows from both ends towards
-// the middle, and each applies the impulses of its links. So only the pivots are found one after the other. Resident
-// plan only.
-#include "stages/access_resident.glsl"
+// Stage `solve_strips` from both ends (server/solver/method.md, "solve_strips"), by a work group: each invocation
+// linearises a link, two per strip eliminate its rows from its ends towards the middle and substitute back, and each
+// applies the impulse of its link. So nothing but the pivots is found one after the other. Needs the accessors of one
+// plan, StripEnds and STRIP_ROWS.
 #include "stages/solve_strips.glsl"
 
-// A phase has at most CAPACITY links.
-const uint kLinksPerLane = (uint(CAPACITY) + uint(LOCAL_SIZE) - 1u) / uint(LOCAL_SIZE);
+// A block of strips has at most STRIP_ROWS links, the size of the work group, and half as many strips.
+const uint kRowPlaces = uint(STRIP_ROWS) + uint(STRIP_ROWS) / 32u;
 
-// Four numbers of each link of a phase, by the steps of MeetStrips:
+// Four numbers of each link of a block, by the steps of MeetStrips:
 //   x  -             effect of the impulse before on this error [1/kg]; at the first link of a strip: whether any of
 //                    the strip has an error larger than the tolerance
 //   y  direction.x   effect of the impulse after on this error [1/kg]                                    pull.x [N s]
 //   z  direction.y   diagonal [1/kg], negative if `to` is a pin; ratio of EliminateRow                   pull.y
 //   w  direction.z   right side [m/s]; over the pivot [N s]; impulse [N s]                               pull.z
-// The links of a strip are neighbours, strips an odd number of rows apart where there is room: one invocation per
-// strip then meets no bank twice.
-// SolveRows reads one row more than there are.
-shared vec4 shared_rows[kPlaceCount + 1u];
-shared uint shared_has_excess;  // whether a particle of the phase moves too far
+// and at the last link of a half until it has met the other: x or y, whichever the half has used, the inverse pivot,
+// z the least pivot over the pivot. The links of a strip are neighbours, and strips an odd number of rows apart where
+// there is room: those who eliminate then meet no bank twice.
+shared vec4 shared_rows[kRowPlaces];
+shared uint shared_pins[(kRowPlaces + 31u) / 32u];  // a bit for each row whose `to` is a pin
+shared uint shared_has_excess;  // whether a particle of the block moves too far
 
 vec3 RowVector(uint row) {
   vec4 numbers = shared_rows[row];
   return vec3(numbers.y, numbers.z, numbers.w);
+}
+
+void FlagPin(uint row) { atomicOr(shared_pins[row >> 5], 1u << (row & 31u)); }
+
+// Whether any `to` of the rows [begin, end) is a pin.
+bool HasPin(uint begin, uint end) {
+  bool has_pin = false;
+#ifdef HAS_PINS
+  for (uint word = begin >> 5; 32u * word < end; ++word) {
+    uint from_begin = 32u * word < begin ? ~0u << (begin & 31u) : ~0u;
+    uint to_end = 32u * word + 32u > end ? ~(~0u << (end & 31u)) : ~0u;
+    if ((shared_pins[word] & from_begin & to_end) != 0u) has_pin = true;
+  }
+#endif
+  return has_pin;
 }
 
 // The place of a link in its strip, and of its row.
@@ -57,11 +72,11 @@ SideLink LoadSideLink(uint place, uint end, bool is_first_sweep) {
   SideLink mine = SideLink(place < end, place, Turn(0u, 0u, 0u), 0u, 0u,
                            LinearisedLink(0.0, no_error, vec3(0.0), 1.0), 0.0, false);
   if (!mine.is_link) return mine;
-  uint ends = models[cloth.model.strip_ends + place];
+  uvec2 ends = StripEnds(place);
   float rest_length = ModelFloat(cloth.model.strip_lengths + place);
   mine.turn = LoadTurn(place);
-  mine.from = ends & 0xffffu;
-  mine.to = ends >> 16;
+  mine.from = ends.x;
+  mine.to = ends.y;
   mine.link = LineariseLink(place, rest_length, LoadEnd(mine.from), LoadEnd(mine.to), is_first_sweep);
   return mine;
 }
@@ -82,7 +97,13 @@ vec2 LoadNeighbours(SideLink mine) {
 
 void StoreRow(SideLink mine, vec2 effects) {
   if (!mine.is_link) return;
-  float diagonal = InverseMass(mine.to) == 0.0 ? -mine.link.diagonal : mine.link.diagonal;
+  float diagonal = mine.link.diagonal;
+#ifdef HAS_PINS
+  if (InverseMass(mine.to) == 0.0) {
+    diagonal = -diagonal;
+    FlagPin(mine.turn.row);
+  }
+#endif
   float right_side = StripRightSide(mine.link.error.residual, substep.inverse_interval);
   if (mine.turn.k > 0u) {
     shared_rows[mine.turn.row] = vec4(effects, diagonal, right_side);
@@ -94,102 +115,106 @@ void StoreRow(SideLink mine, vec2 effects) {
   if (IsBeyondTolerance(mine.link)) shared_rows[FirstRow(mine.turn)].x = 1.0;  // all writers write the same
 }
 
-// Between two pins a strip has a link too many, whose pivot the elimination raises where it ends at a pin. Backwards
-// that would be another link, with other impulses; so a strip with pins in its second half is not divided. The number
-// of links of the first half, which has the middle one.
-uint LinksOfFirstHalf(uint first, uint link_count) {
-  uint of_first = (link_count + 1u) / 2u;
-  float least = 0.0;
-  for (uint row = first + of_first; row < first + link_count; ++row) least = min(least, shared_rows[row].z);
-  return least < 0.0 ? link_count : of_first;
-}
-
 // One end of the elimination.
 struct HalfStrip {
-  StripPivot pivot;   // of its last row
-  float ratio;        // there
-  float least_pivot;  // there [1/kg]
+  bool is_second;  // which goes backwards
+  uint row_count;  // 0: there is none, or nothing to do
+  uint row;        // the last one
+  bool has_other;  // the other half has rows
+  float ratio;     // there
+  float impulse;   // of the last link, at first without the other half [N s]
 };
 
-// Eliminates the row before from the next one. `coupling`: effect of the impulse before on this error,
-// `effect_on_before`: of this impulse on the error before [1/kg]; both 0 for the first one.
-HalfStrip Eliminate(HalfStrip before, vec4 row, float coupling, float effect_on_before, bool ends_at_pin) {
-  float diagonal = abs(row.z);
-  float min_pivot = MinPivot(ends_at_pin ? 0.0 : 1.0);
-  precise float ratio = effect_on_before * before.pivot.inverse_pivot;
-  precise float least_pivot = min_pivot * diagonal;
-  StripPivot pivot = EliminateRow(diagonal, min_pivot, row.w, coupling, ratio, before.pivot.right_side);
-  return HalfStrip(pivot, ratio, least_pivot);
+// Between two pins a strip has a link too many, whose pivot the elimination raises where it ends at a pin. Backwards
+// that would be another link, with other impulses; so a strip with pins in its second half is not divided.
+HalfStrip HalfOf(Turn strip, bool is_second) {
+  HalfStrip half_strip = HalfStrip(is_second, 0u, strip.row, false, 0.0, 0.0);
+  if (strip.link_count == 0u || shared_rows[strip.row].x == 0.0) return half_strip;
+  // Of three links at least, so that its last row is not the one with the flag.
+  uint of_first = strip.link_count > 2u ? (strip.link_count + 1u) / 2u : strip.link_count;
+  if (HasPin(strip.row + of_first, strip.row + strip.link_count)) of_first = strip.link_count;
+  half_strip.row_count = is_second ? strip.link_count - of_first : of_first;
+  half_strip.row += is_second ? of_first : of_first - 1u;
+  half_strip.has_other = of_first < strip.link_count;
+  return half_strip;
 }
 
-// The impulses of the last links of both halves [N s]. The effects are those of the other's impulse.
-vec2 MeetingImpulses(HalfStrip one, HalfStrip other, float effect_on_one, float effect_on_other) {
-  precise float one_of_other = effect_on_one * one.pivot.inverse_pivot;
-  precise float other_of_one = effect_on_other * other.pivot.inverse_pivot;
-  precise float pivot = 1.0 - one_of_other * other_of_one;  // over that of either link
-  precise float least_of_one = one.least_pivot * one.pivot.inverse_pivot;
-  precise float least_of_other = other.least_pivot * other.pivot.inverse_pivot;
-  float inverse_pivot = Quotient(1.0, max(pivot, max(least_of_one, least_of_other)));
-  precise float one_alone = one.pivot.right_side - one_of_other * other.pivot.right_side;
-  precise float other_alone = other.pivot.right_side - other_of_one * one.pivot.right_side;
-  precise vec2 impulses = vec2(one_alone, other_alone) * inverse_pivot;
-  return impulses;
-}
-
-// Replaces the right sides of the rows of a strip by its impulses. A single invocation waits for every result: both
-// halves advance together, and each pass reads a row ahead.
-void SolveRows(uint first, uint link_count) {
-  uint of_first = LinksOfFirstHalf(first, link_count);
-  uint of_second = link_count - of_first;
-  HalfStrip nothing = HalfStrip(StripPivot(0.0, 0.0), 0.0, 0.0);
-  HalfStrip forwards = nothing;
-  HalfStrip backwards = nothing;
-  uint up = first;
-  uint down = first + link_count - 1u;
-  vec4 row = shared_rows[up];
-  vec4 row_back = shared_rows[down];
-  row.x = 0.0;       // whether the strip is active
-  row_back.y = 0.0;  // nothing is after the last link
-  float before = 0.0;
-  float after = 0.0;
-  for (uint j = 0u; j < of_first; ++j) {
-    vec4 next = shared_rows[up + 1u];
-    vec4 next_back = shared_rows[max(down, first + 1u) - 1u];
-    forwards = Eliminate(forwards, row, row.x, before, row.z < 0.0);
-    HalfStrip further = Eliminate(backwards, row_back, row_back.y, after, next_back.z < 0.0);
-    shared_rows[up].z = forwards.ratio;
-    shared_rows[up].w = forwards.pivot.right_side;
-    before = row.y;
-    if (j < of_second) {
-      backwards = further;
-      shared_rows[down].z = further.ratio;
-      shared_rows[down].w = further.pivot.right_side;
-      after = row_back.x;
-    }
-    ++up;
-    --down;
+// Eliminates the rows of a half up to the last one, and leaves there what the other half needs of it. Each pass reads
+// the row of the next one: a single invocation waits for every result.
+void EliminateRows(inout HalfStrip half_strip) {
+  bool is_second = half_strip.is_second;
+  uint step = is_second ? ~0u : 1u;
+  uint place = half_strip.row - step * (half_strip.row_count - 1u);
+  bool ends_at_pin_at_last = is_second && HasPin(half_strip.row - 1u, half_strip.row);
+  vec4 row = shared_rows[place];
+  float coupling = 0.0;
+  float effect_on_before = 0.0;
+  float inverse_pivot = 0.0;
+  float right_side = 0.0;
+  precise float ratio = 0.0;
+  precise float least_share = 0.0;
+  for (uint left = half_strip.row_count; left > 0u; --left) {
+    uint next_place = left > 1u ? place + step : place;
+    vec4 next = shared_rows[next_place];
+    float diagonal = abs(row.z);
+    bool ends_at_pin = is_second ? ends_at_pin_at_last && left == 1u : row.z < 0.0;
+    float min_pivot = MinPivot(ends_at_pin ? 0.0 : 1.0);
+    ratio = effect_on_before * inverse_pivot;
+    StripPivot pivot = EliminateRow(diagonal, min_pivot, row.w, coupling, ratio, right_side);
+    least_share = min_pivot * diagonal;
+    inverse_pivot = pivot.inverse_pivot;
+    right_side = pivot.right_side;
+    shared_rows[place].z = ratio;
+    shared_rows[place].w = right_side;
+    coupling = is_second ? next.y : next.x;
+    effect_on_before = is_second ? row.x : row.y;
     row = next;
-    row_back = next_back;
+    place = next_place;
   }
+  half_strip.ratio = ratio;
+  half_strip.impulse = right_side;
+  if (!half_strip.has_other) return;
+  least_share = least_share * inverse_pivot;
+  if (is_second) {
+    shared_rows[half_strip.row].y = inverse_pivot;
+  } else {
+    shared_rows[half_strip.row].x = inverse_pivot;
+  }
+  shared_rows[half_strip.row].z = least_share;
+}
 
-  up = first + of_first - 1u;
-  down = first + of_first;
-  precise vec2 impulses = vec2(forwards.pivot.right_side, 0.0);
-  if (of_second > 0u) impulses = MeetingImpulses(forwards, backwards, before, after);
-  precise vec2 effects = vec2(forwards.ratio, backwards.ratio) * impulses;  // on the next impulses
-  shared_rows[up].w = impulses.x;
-  if (of_second > 0u) shared_rows[down].w = impulses.y;
-  vec4 ahead = shared_rows[max(up, first + 1u) - 1u];
-  vec4 ahead_back = shared_rows[down + 1u];
-  for (uint j = 1u; j < of_first; ++j) {
-    --up;
-    ++down;
-    impulses = vec2(ahead.w, ahead_back.w) - effects;
-    effects = vec2(ahead.z, ahead_back.z) * impulses;
-    ahead = shared_rows[max(up, first + 1u) - 1u];
-    ahead_back = shared_rows[down + 1u];
-    shared_rows[up].w = impulses.x;
-    if (j < of_second) shared_rows[down].w = impulses.y;
+// The impulse of the last link of a half, together with that of the other half [N s].
+float MeetingImpulse(HalfStrip half_strip) {
+  vec4 mine = shared_rows[half_strip.row];
+  vec4 other = shared_rows[half_strip.is_second ? half_strip.row - 1u : half_strip.row + 1u];
+  // Effects on the error of a link over its pivot.
+  precise float mine_of_other = mine.x * mine.y;
+  precise float other_of_mine = other.x * other.y;
+  precise float pivot = 1.0 - mine_of_other * other_of_mine;  // over that of either link
+  float inverse_pivot = Quotient(1.0, max(pivot, max(mine.z, other.z)));
+  precise float alone = mine.w - mine_of_other * other.w;
+  precise float impulse = alone * inverse_pivot;
+  return impulse;
+}
+
+// Replaces the right sides of the rows of a half by its impulses, from the last one back.
+void SubstituteBack(HalfStrip half_strip) {
+  uint step = half_strip.is_second ? 1u : ~0u;
+  uint place = half_strip.row;
+  precise float impulse = half_strip.impulse;
+  precise float effect = half_strip.ratio * impulse;  // on the next one
+  shared_rows[place].w = impulse;
+  if (half_strip.row_count == 1u) return;
+  place += step;
+  vec4 row = shared_rows[place];
+  for (uint left = half_strip.row_count - 1u; left > 0u; --left) {
+    uint next_place = left > 1u ? place + step : place;
+    vec4 next = shared_rows[next_place];
+    impulse = row.w - effect;
+    effect = row.z * impulse;
+    shared_rows[place].w = impulse;
+    row = next;
+    place = next_place;
   }
 }
 
@@ -230,74 +255,73 @@ void StorePull(SideLink mine, float share) {
   precise float applied = share * mine.impulse;
   AccumulateImpulse(mine.place, applied);
   precise vec3 pull = applied * mine.link.direction;
-  shared_rows[mine.turn.row] = vec4(1.0, pull);  // as at the first link
+  shared_rows[mine.turn.row].y = pull.x;  // x may be the flag that others read
+  shared_rows[mine.turn.row].z = pull.y;
+  shared_rows[mine.turn.row].w = pull.z;
 }
 
 // The impulses moved particles too far, which is rare: takes back what is too much in each strip.
-void RemoveExcess(SideLink mine[kLinksPerLane]) {
-  for (uint m = 0u; m < kLinksPerLane; ++m) {
-    if (!mine[m].is_link) continue;
-    EndChanges changes = ChangesOfEnds(mine[m]);
-    float ratio_sq = max(MoveRatioSq(changes.of_to, mine[m].link.rest_length),
-                         MoveRatioSq(changes.of_from, mine[m].link.rest_length));
-    shared_rows[mine[m].turn.row].x = mine[m].is_active ? ratio_sq : 0.0;
+void RemoveExcess(SideLink mine) {
+  float ratio_sq = 0.0;
+  if (mine.is_active) {
+    EndChanges changes = ChangesOfEnds(mine);
+    ratio_sq = max(MoveRatioSq(changes.of_to, mine.link.rest_length),
+                   MoveRatioSq(changes.of_from, mine.link.rest_length));
   }
   PhaseBarrier();
-  for (uint m = 0u; m < kLinksPerLane; ++m) {
-    if (!mine[m].is_active) continue;
+  if (mine.is_active) shared_rows[mine.turn.row].x = ratio_sq;
+  PhaseBarrier();
+  precise float back = 0.0;
+  if (mine.is_active) {
     float largest_ratio_sq = 0.0;
-    for (uint k = 0u; k < mine[m].turn.link_count; ++k) {
-      largest_ratio_sq = max(largest_ratio_sq, shared_rows[FirstRow(mine[m].turn) + k].x);
+    for (uint k = 0u; k < mine.turn.link_count; ++k) {
+      largest_ratio_sq = max(largest_ratio_sq, shared_rows[FirstRow(mine.turn) + k].x);
     }
-    precise float back = ShareOfMove(largest_ratio_sq) - 1.0;
-    mine[m].is_active = back != 0.0;
-    if (mine[m].is_active) StorePull(mine[m], back);
+    back = ShareOfMove(largest_ratio_sq) - 1.0;
   }
   PhaseBarrier();
-  for (uint m = 0u; m < kLinksPerLane; ++m) {
-    if (mine[m].is_active) ChangeEnds(mine[m], ChangesOfEnds(mine[m]));
-  }
+  if (back != 0.0) StorePull(mine, back);
+  PhaseBarrier();
+  if (back != 0.0) ChangeEnds(mine, ChangesOfEnds(mine));
 }
 
-// The strips of a phase. In uniform control flow.
+// The strips [begin, end), a block. In uniform control flow.
 void MeetStrips(uint begin, uint end, bool is_first_sweep) {
+  uint lane = gl_LocalInvocationID.x;
   uint first_link = models[cloth.model.strip_offsets + begin];
   uint end_link = models[cloth.model.strip_offsets + end];
-  SideLink mine[kLinksPerLane];
-  for (uint m = 0u; m < kLinksPerLane; ++m) {
-    uint place = first_link + gl_LocalInvocationID.x + m * uint(LOCAL_SIZE);
-    mine[m] = LoadSideLink(place, end_link, is_first_sweep);
-    if (mine[m].is_link) shared_rows[mine[m].turn.row] = vec4(0.0, mine[m].link.direction);
-  }
+  Turn strip = Turn(0u, 0u, 0u);  // of which this invocation eliminates a half
+  if (lane < 2u * (end - begin)) strip = LoadTurn(models[cloth.model.strip_offsets + begin + lane / 2u]);
+  SideLink mine = LoadSideLink(first_link + lane, end_link, is_first_sweep);
+  if (mine.is_link) shared_rows[mine.turn.row] = vec4(0.0, mine.link.direction);
+  if (lane < (kRowPlaces + 31u) / 32u) shared_pins[lane] = 0u;
+  if (lane == 0u) shared_has_excess = 0u;
+  PhaseBarrier();
+  vec2 effects = LoadNeighbours(mine);
+  PhaseBarrier();
+  StoreRow(mine, effects);
   PhaseBarrier();
 
-  vec2 effects[kLinksPerLane];
-  for (uint m = 0u; m < kLinksPerLane; ++m) effects[m] = LoadNeighbours(mine[m]);
+  HalfStrip half_strip = HalfOf(strip, lane % 2u == 1u);
+  if (half_strip.row_count > 0u) EliminateRows(half_strip);
   PhaseBarrier();
-  for (uint m = 0u; m < kLinksPerLane; ++m) StoreRow(mine[m], effects[m]);
-  if (gl_LocalInvocationID.x == 0u) shared_has_excess = 0u;
+  if (half_strip.has_other) half_strip.impulse = MeetingImpulse(half_strip);
   PhaseBarrier();
-
-  FOR_EACH(strip, begin, end) {
-    Turn turn = LoadTurn(models[cloth.model.strip_offsets + strip]);
-    if (shared_rows[turn.row].x != 0.0) SolveRows(turn.row, turn.link_count);
-  }
+  if (half_strip.row_count > 0u) SubstituteBack(half_strip);
   PhaseBarrier();
 
-  for (uint m = 0u; m < kLinksPerLane; ++m) {
-    if (!mine[m].is_link) continue;
-    mine[m].is_active = shared_rows[FirstRow(mine[m].turn)].x != 0.0;
-    mine[m].impulse = shared_rows[mine[m].turn.row].w;
-    if (mine[m].is_active) StorePull(mine[m], 1.0);
+  if (mine.is_link) {
+    mine.is_active = shared_rows[FirstRow(mine.turn)].x != 0.0;
+    mine.impulse = shared_rows[mine.turn.row].w;
   }
+  if (mine.is_active) StorePull(mine, 1.0);
   PhaseBarrier();
-  for (uint m = 0u; m < kLinksPerLane; ++m) {
-    if (!mine[m].is_active) continue;
+  if (mine.is_active) {
     MarkChanged();
-    EndChanges changes = ChangesOfEnds(mine[m]);
-    ChangeEnds(mine[m], changes);
-    bool moves_far = MovesFar(changes.of_to, mine[m].link.rest_length) ||
-                     MovesFar(changes.of_from, mine[m].link.rest_length);
+    EndChanges changes = ChangesOfEnds(mine);
+    ChangeEnds(mine, changes);
+    bool moves_far =
+        MovesFar(changes.of_to, mine.link.rest_length) || MovesFar(changes.of_from, mine.link.rest_length);
     if (moves_far) shared_has_excess = 1u;  // all writers write the same
   }
   PhaseBarrier();

@@ -16,6 +16,7 @@
 #include "stages/reduce_strips.glsl"
 #endif
 #ifdef HAS_STRIP_HALVES
+#define STRIP_ROWS CAPACITY
 #include "stages/meet_strips.glsl"
 #endif
 

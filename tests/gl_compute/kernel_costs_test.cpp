@@ -14,8 +14,7 @@ namespace {
 
 LoopCosts CountLoops(const SceneModel& model, const ClothParameters& parameters,
                      uint32_t local_size, StripSolve strip_solve = StripSolve::kElimination) {
-  return CountResidentLoops(PlanOnDevice(model, parameters), kMaxResidentParticles, local_size,
-                            strip_solve);
+  return CountResidentLoops(PlanOnDevice(model, parameters), local_size, strip_solve);
 }
 
 // The watch of energy of a cloth without pins: 32 sums over its particles, and their sum; two

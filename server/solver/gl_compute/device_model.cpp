@@ -41,18 +41,21 @@ uint32_t KindWord(ElasticKind kind) {
   return DRAPE_ELASTIC_RODS;
 }
 
+void AppendPair(uint32_t i, uint32_t j, bool is_resident, std::vector<uint32_t>& words) {
+  if (is_resident) {
+    words.push_back(i | j << 16);
+  } else {
+    words.insert(words.end(), {i, j});
+  }
+}
+
 void PackConstraints(const SceneModel& model, bool is_resident, PackedModel& packed) {
   std::vector<uint32_t>& words = packed.words;
   packed.layout.colour_offsets = Position(words);
   words.insert(words.end(), model.colour_offsets().begin(), model.colour_offsets().end());
   packed.layout.pairs = Position(words);
   for (const DistanceConstraint& constraint : model.constraints()) {
-    if (is_resident) {
-      words.push_back(constraint.i | constraint.j << 16);
-    } else {
-      words.push_back(constraint.i);
-      words.push_back(constraint.j);
-    }
+    AppendPair(constraint.i, constraint.j, is_resident, words);
   }
   packed.layout.rest_lengths = Position(words);
   for (const DistanceConstraint& constraint : model.constraints()) {
@@ -156,33 +159,28 @@ void PackTethers(const SceneModel& model, PackedModel& packed) {
   }
 }
 
-// What a kernel knows of the links of strips without looking for their strips. `room`: rows that
-// the smallest kernel has for a phase.
-void PackStripLinks(const StripSet& strips, uint32_t room, PackedModel& packed) {
+// What kernels that solve strips from both ends know of their links.
+void PackStripRows(const SceneModel& model, bool is_resident, PackedModel& packed) {
+  const StripSet& strips = model.strips();
   std::vector<uint32_t>& words = packed.words;
+  const auto append = [&words](const std::vector<uint32_t>& values) {
+    const uint32_t begin = Position(words);
+    words.insert(words.end(), values.begin(), values.end());
+    return begin;
+  };
   packed.layout.strip_ends = Position(words);
   for (uint32_t s = 0; s < strips.strip_count(); ++s) {
     for (uint32_t k = strips.strip_offsets[s]; k < strips.strip_offsets[s + 1]; ++k) {
-      words.push_back(strips.particles[k + s] | strips.particles[k + s + 1] << 16);
+      AppendPair(strips.particles[k + s], strips.particles[k + s + 1], is_resident, words);
     }
   }
-  packed.layout.strip_turns = Position(words);
-  for (uint32_t phase = 0; phase < strips.phase_count(); ++phase) {
-    const uint32_t first = strips.phase_offsets[phase], last = strips.phase_offsets[phase + 1];
-    const uint32_t links = strips.strip_offsets[last] - strips.strip_offsets[first];
-    // An invocation per strip meets the others in the same bank if strips are an even number of
-    // rows apart.
-    const bool has_room = links + (last - first) <= room;
-    uint32_t row = 0;
-    for (uint32_t s = first; s < last; ++s) {
-      const uint32_t count = strips.strip_offsets[s + 1] - strips.strip_offsets[s];
-      for (uint32_t k = 0; k < count; ++k) words.push_back(k | (count - 1) << 10 | (row + k) << 20);
-      row += has_room && count % 2 == 0 ? count + 1 : count;
-    }
-  }
+  packed.rows = FindStripRows(model, is_resident);
+  packed.layout.strip_turns = append(packed.rows.turns);
+  packed.layout.strip_phase_blocks = append(packed.rows.phase_blocks);
+  packed.layout.strip_blocks = append(packed.rows.block_strips);
 }
 
-void PackStrips(const SceneModel& model, bool is_resident, PackedModel& packed) {
+void PackStrips(const SceneModel& model, PackedModel& packed) {
   const StripSet& strips = model.strips();
   const auto append = [&packed](const std::vector<uint32_t>& values) {
     const uint32_t begin = Position(packed.words);
@@ -198,8 +196,6 @@ void PackStrips(const SceneModel& model, bool is_resident, PackedModel& packed) 
   for (const uint32_t constraint : strips.constraints) {
     words.push_back(FloatWord(model.constraints()[constraint].rest_length_m));
   }
-  const uint32_t particles = model.particle_count();
-  if (is_resident) PackStripLinks(strips, particles + particles / 32, packed);
   packed.layout.regular_strips = Position(words);
   for (const RegularStrip& strip : FindRegularStrips(model)) {
     words.insert(words.end(), {strip.link_begin, strip.link_end, strip.first_particle, strip.stride,
@@ -227,7 +223,8 @@ void PackTriangles(const SceneModel& model, PackedModel& packed) {
 
 PackedModel PackModel(const SceneModel& model, const ModelUse& use) {
   PackedModel packed;
-  PackConstraints(model, IsResident(model, use.surface != nullptr), packed);
+  const bool is_resident = IsResident(model, use.surface != nullptr);
+  PackConstraints(model, is_resident, packed);
   PackJoints(model, packed);
   packed.layout.masses = Position(packed.words);
   for (const double mass : model.masses_kg()) packed.words.push_back(FloatWord(mass));
@@ -238,7 +235,8 @@ PackedModel PackModel(const SceneModel& model, const ModelUse& use) {
   packed.layout.pins = Position(packed.words);
   packed.words.insert(packed.words.end(), model.pins().begin(), model.pins().end());
   PackTethers(model, packed);
-  PackStrips(model, IsResident(model, use.surface != nullptr), packed);
+  PackStrips(model, packed);
+  if (use.has_strip_rows) PackStripRows(model, is_resident, packed);
   if (use.has_air_forces) PackTriangles(model, packed);
   if (use.surface != nullptr) packed.contacts = PackSurface(*use.surface, packed.words);
   return packed;
@@ -247,7 +245,7 @@ PackedModel PackModel(const SceneModel& model, const ModelUse& use) {
 Result<std::shared_ptr<const DeviceModel>> ModelStore::Acquire(
     std::shared_ptr<const SceneModel> model, const ModelUse& use) {
   const std::tuple key(static_cast<const SceneModel*>(model.get()), use.has_air_forces,
-                       use.surface != nullptr);
+                       use.has_strip_rows, use.surface != nullptr);
   const auto known = models_.find(key);
   if (known != models_.end()) {
     if (std::shared_ptr<const DeviceModel> on_device = known->second.lock()) return on_device;
@@ -265,6 +263,7 @@ Result<std::shared_ptr<const DeviceModel>> ModelStore::Acquire(
   on_device->colour_sizes = SizesOf(model->colour_offsets());
   on_device->joint_colour_sizes = SizesOf(model->joint_colour_offsets());
   on_device->phase_sizes = SizesOf(model->strips().phase_offsets);
+  if (use.has_strip_rows) on_device->phase_blocks = SizesOf(packed.rows.phase_blocks);
   models_[key] = on_device;
   on_device->model = std::move(model);
   return std::shared_ptr<const DeviceModel>(on_device);

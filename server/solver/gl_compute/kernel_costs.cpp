@@ -97,19 +97,12 @@ uint64_t EliminationPasses(const StripSet& strips, uint32_t local_size) {
   return passes;
 }
 
-// One sweep over the strips from both ends (shaders/stages/meet_strips.glsl): eight loops over the
-// links that each invocation has, one over the strips of the phase with three over a strip, and one
-// over a strip where a particle moves too far.
-uint64_t BothEndsPasses(const StripSet& strips, uint32_t capacity, uint32_t local_size) {
+// One sweep over the strips from both ends (shaders/stages/meet_strips.glsl): each invocation looks
+// for pins in words of 32 rows, goes through half of a strip or, where there are any, all of it, and
+// back, and through a strip once more where a particle moves too far.
+uint64_t BothEndsPasses(const StripSet& strips) {
   const uint64_t longest = LongestStrip(strips) + kLoopEnd;
-  const uint64_t links = LoopPasses(capacity, local_size);
-  const uint64_t of_links = 8 * links + RoundsFor(capacity, local_size) * longest;
-  uint64_t passes = strips.phase_count() + kLoopEnd;
-  for (uint32_t phase = 0; phase < strips.phase_count(); ++phase) {
-    const uint64_t strips_of_phase = strips.phase_offsets[phase + 1] - strips.phase_offsets[phase];
-    passes += of_links + RoundsFor(strips_of_phase, local_size) * (1 + 3 * longest) + kLoopEnd;
-  }
-  return passes;
+  return strips.phase_count() * (2 * (longest / 32 + kLoopEnd) + 3 * longest + 1) + kLoopEnd;
 }
 
 // One sweep over the strips by reduction: each round takes a strip per group of lanes,
@@ -126,11 +119,10 @@ uint64_t ReductionPasses(const StripSet& strips, uint32_t lane_count) {
 }
 
 // A kernel made for reduction eliminates if its invocations turn out to fill no subgroups.
-uint64_t StripPasses(const StripSet& strips, uint32_t capacity, uint32_t local_size,
-                     StripSolve strip_solve) {
+uint64_t StripPasses(const StripSet& strips, uint32_t local_size, StripSolve strip_solve) {
   const uint64_t elimination = EliminationPasses(strips, local_size);
   if (strip_solve == StripSolve::kElimination) return elimination;
-  if (strip_solve == StripSolve::kFromBothEnds) return BothEndsPasses(strips, capacity, local_size);
+  if (strip_solve == StripSolve::kFromBothEnds) return BothEndsPasses(strips);
   const bool has_subgroups = strip_solve == StripSolve::kReduction;
   const uint32_t lane_count = has_subgroups ? local_size : std::min(local_size, DRAPE_SHARED_LANES);
   return std::max(elimination, ReductionPasses(strips, lane_count));
@@ -181,11 +173,9 @@ uint64_t EnergyWatchPasses(const PlannedCloth& cloth, uint32_t local_size, uint6
 // The passes that each stage makes in `resident_step`.
 class StageCosts {
  public:
-  StageCosts(const PlannedCloth& cloth, uint32_t capacity, uint32_t local_size,
-             StripSolve strip_solve)
+  StageCosts(const PlannedCloth& cloth, uint32_t local_size, StripSolve strip_solve)
       : cloth_(cloth),
         model_(cloth.model),
-        capacity_(capacity),
         local_size_(local_size),
         strip_solve_(strip_solve),
         rounds_(RoundsFor(model_.particle_count(), local_size)),
@@ -211,7 +201,7 @@ class StageCosts {
       case StepStage::kTether:
         return {.substep = particles_ + rounds_ * (kMaxTethersPerParticle + kLoopEnd)};
       case StepStage::kSolveStrips:
-        return {.sweep = StripPasses(model_.strips(), capacity_, local_size_, strip_solve_)};
+        return {.sweep = StripPasses(model_.strips(), local_size_, strip_solve_)};
       case StepStage::kRefine:
         return {.fixed = RefinePasses(model_, cloth_.plan.solver.refine_rounds, local_size_)};
       case StepStage::kSolveDistance:
@@ -285,7 +275,6 @@ class StageCosts {
 
   const PlannedCloth& cloth_;
   const SceneModel& model_;
-  const uint32_t capacity_;
   const uint32_t local_size_;
   const StripSolve strip_solve_;
   const uint64_t rounds_;     // over the particles
@@ -309,23 +298,13 @@ uint64_t LongestStrip(const StripSet& strips) {
   return longest;
 }
 
-uint64_t LargestPhase(const StripSet& strips) {
-  uint64_t largest = 0;
-  for (uint32_t phase = 0; phase < strips.phase_count(); ++phase) {
-    const uint32_t begin = strips.phase_offsets[phase], end = strips.phase_offsets[phase + 1];
-    largest =
-        std::max<uint64_t>(largest, strips.strip_offsets[end] - strips.strip_offsets[begin]);
-  }
-  return largest;
-}
-
 bool IsReductionShorter(const StripSet& strips, uint32_t local_size) {
   return ReductionPasses(strips, local_size) < EliminationPasses(strips, local_size);
 }
 
-LoopCosts CountResidentLoops(const PlannedCloth& cloth, uint32_t capacity, uint32_t local_size,
+LoopCosts CountResidentLoops(const PlannedCloth& cloth, uint32_t local_size,
                              StripSolve strip_solve) {
-  const StageCosts costs_of(cloth, capacity, local_size, strip_solve);
+  const StageCosts costs_of(cloth, local_size, strip_solve);
   // A pass of the loop over the sweeps; four for the loops over kicks, substeps and sweeps.
   LoopCosts costs{.sweep = 1, .substep = 4, .fixed = 0};
   for (size_t k = 0; k < kStageNames.size(); ++k) {

@@ -19,12 +19,8 @@ struct LoopCosts {
   uint64_t fixed = 0;    // loading, first kick, refinement, pausing, committing
 };
 
-// `capacity` as in KernelVariant.
-LoopCosts CountResidentLoops(const PlannedCloth& cloth, uint32_t capacity, uint32_t local_size,
+LoopCosts CountResidentLoops(const PlannedCloth& cloth, uint32_t local_size,
                              StripSolve strip_solve = StripSolve::kElimination);
-
-// Links of the phase that has most; 0 without strips.
-uint64_t LargestPhase(const StripSet& strips);
 
 // Links of the longest strip; 0 without strips.
 uint64_t LongestStrip(const StripSet& strips);

@@ -8,6 +8,7 @@
 #include "server/solver/gl_compute/local_sizes.h"
 #include "server/solver/gl_compute/regular_strips.h"
 #include "server/solver/gl_compute/self_contact_words.h"
+#include "server/solver/gl_compute/strip_rows.h"
 #include "shaders/interface/bindings.h"
 
 namespace drape {
@@ -72,7 +73,7 @@ StripSolve ChooseStripSolve(const SceneModel& model, uint32_t capacity,
                             const DeviceTraits& device) {
   const StripSet& strips = model.strips();
   if (device.strip_solve == StripSolve::kFromBothEnds) {
-    return LargestPhase(strips) <= capacity ? device.strip_solve : StripSolve::kElimination;
+    return FitsInRows(strips, capacity) ? device.strip_solve : StripSolve::kElimination;
   }
   if (LongestStrip(strips) > DRAPE_STRIP_LANES) return StripSolve::kElimination;
   if (device.strip_solve != StripSolve::kReduction) return device.strip_solve;
@@ -94,7 +95,7 @@ Status FitLoops(const PlannedCloth& cloth, const DeviceTraits& device, VariantCh
     return FitRefinement(cloth.model, device, variant);
   }
   const auto count = [&] {
-    return CountResidentLoops(cloth, variant.capacity, variant.local_size, variant.strip_solve);
+    return CountResidentLoops(cloth, variant.local_size, variant.strip_solve);
   };
   choice.costs = count();
   while (!CanRunInParts(choice.costs, device.loop_budget)) {
@@ -205,9 +206,14 @@ Result<VariantChoice> ChooseVariant(const PlannedCloth& cloth, const DeviceTrait
   if (IsReduction(variant.strip_solve)) {
     variant.local_size = std::max(variant.local_size, DRAPE_STRIP_LANES);
   }
-  // Each invocation holds its links in variables, and has two at most.
-  if (variant.strip_solve == StripSolve::kFromBothEnds) {
-    variant.local_size = std::max(variant.local_size, variant.capacity / 2);
+  // An invocation has one link of a phase.
+  if (variant.strip_solve == StripSolve::kFromBothEnds) variant.local_size = variant.capacity;
+  if (variant.Has(StepStage::kSolveStrips) && variant.is_tiled()) {
+    variant.strip_local_size = variant.local_size;
+    if (device.strip_solve == StripSolve::kFromBothEnds) {
+      variant.strip_solve = device.strip_solve;
+      variant.strip_local_size = LeastRows(cloth.model.strips());
+    }
   }
   DRAPE_RETURN_IF_ERROR(FitLoops(cloth, device, choice));
   return choice;
