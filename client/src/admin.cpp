@@ -13,11 +13,6 @@ constexpr uint32_t kTenantSessionsPerPage = 1000;
 
 }  // namespace
 
-template <>
-inline constexpr bool kIsIdempotent<v1::ListTenantsRequest> = true;
-template <>
-inline constexpr bool kIsIdempotent<v1::ListAllSessionsRequest> = true;
-
 struct Admin::Impl {
   using Stub = v1::AdminService::Stub;
 

@@ -13,6 +13,7 @@
 
 #include "drape/client.h"
 #include "drape/error.h"
+#include "drape/v1/admin_service.pb.h"
 #include "drape/v1/simulation_service.pb.h"
 
 namespace drape {
@@ -67,27 +68,16 @@ class Tries {
   uint32_t unanswered_ = 0;
 };
 
+template <class Request, class... Kinds>
+inline constexpr bool kIsOneOf = (std::is_same_v<Request, Kinds> || ...);
+
 // Requests that change nothing, or the same however often they are done.
 template <class Request>
-inline constexpr bool kIsIdempotent = false;
-template <>
-inline constexpr bool kIsIdempotent<v1::GetServerInfoRequest> = true;
-template <>
-inline constexpr bool kIsIdempotent<v1::GetSessionRequest> = true;
-template <>
-inline constexpr bool kIsIdempotent<v1::ListSessionsRequest> = true;
-template <>
-inline constexpr bool kIsIdempotent<v1::RenewSessionRequest> = true;
-template <>
-inline constexpr bool kIsIdempotent<v1::GetClothRequest> = true;
-template <>
-inline constexpr bool kIsIdempotent<v1::ListClothsRequest> = true;
-template <>
-inline constexpr bool kIsIdempotent<v1::ReadStatesRequest> = true;
-template <>
-inline constexpr bool kIsIdempotent<v1::ReadTopologyRequest> = true;
-template <>
-inline constexpr bool kIsIdempotent<v1::RenderRequest> = true;
+inline constexpr bool kIsIdempotent =
+    kIsOneOf<Request, v1::GetServerInfoRequest, v1::GetSessionRequest, v1::ListSessionsRequest,
+             v1::RenewSessionRequest, v1::GetClothRequest, v1::ListClothsRequest,
+             v1::ReadStatesRequest, v1::ReadTopologyRequest, v1::RenderRequest,
+             v1::ExportClothsRequest, v1::ListTenantsRequest, v1::ListAllSessionsRequest>;
 
 // With a request_id, or with a guard of its step and nothing that would be applied once more.
 bool IsRepeatableStep(const v1::StepRequest& request);

@@ -74,7 +74,7 @@ void Session::Impl::Send(bool is_repeatable,
 States Session::Impl::Read(v1::ReadStatesRequest request) const {
   request.set_session(name);
   std::vector<v1::StateChunk> chunks;
-  Send(/*is_repeatable=*/true, [&](grpc::ClientContext* context) {
+  Send(IsRepeatable(request), [&](grpc::ClientContext* context) {
     chunks.clear();
     const auto reader = connection->stub->ReadStates(context, request);
     for (v1::StateChunk chunk; reader->Read(&chunk);) chunks.push_back(std::move(chunk));
@@ -238,7 +238,7 @@ v1::StepResponse Session::Step(v1::StepRequest request) {
 
 SteppedStates Session::StepStates(v1::StepRequest request) {
   request.set_session(impl_->name);
-  impl_->NameRequest(&request);
+  impl_->GiveId(&request);
   StepParts parts;
   impl_->Send(IsRepeatable(request), [&](grpc::ClientContext* context) {
     parts.Clear();

@@ -38,7 +38,7 @@ struct Session::Impl {
 
   // Gives a request an id, if it has none and the options want that.
   template <class Request>
-  void NameRequest(Request* request) const {
+  void GiveId(Request* request) const {
     if (!connection->options.retries.gives_request_ids || !request->request_id().empty()) return;
     request->set_request_id(connection->request_ids->Next());
   }
@@ -49,7 +49,7 @@ struct Session::Impl {
                                                                     const Request&, Response*),
                 Request request) const {
     request.set_session(name);
-    if constexpr (requires { request.request_id(); }) NameRequest(&request);
+    if constexpr (requires { request.request_id(); }) GiveId(&request);
     Response response;
     Send(IsRepeatable(request), [&](grpc::ClientContext* context) {
       return (*connection->stub.*method)(context, request, &response);

@@ -32,7 +32,7 @@ std::string Session::Impl::Export(const std::string& saved_name) const {
   for (uint32_t cuts = 0;; ++cuts) {
     const size_t before = bytes.size();
     try {
-      Send(/*is_repeatable=*/true, more);
+      Send(IsRepeatable(request), more);
       return bytes;
     } catch (const Error& error) {
       const bool goes_on = error.code() == ErrorCode::kUnavailable && cuts < kMaxCuts &&
@@ -77,7 +77,7 @@ RestoredCloths Session::Restore(std::string_view snapshot, bool inexact,
   first.mutable_begin()->set_inexact(inexact);
   first.mutable_begin()->set_total_bytes(snapshot.size());
   first.mutable_begin()->set_request_id(request_id);
-  impl_->NameRequest(first.mutable_begin());
+  impl_->GiveId(first.mutable_begin());
   v1::ImportClothsResponse response;
   impl_->Send(IsRepeatable(first.begin()), [&](grpc::ClientContext* context) {
     const auto writer = impl_->connection->stub->ImportCloths(context, &response);

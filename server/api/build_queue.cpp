@@ -2,6 +2,8 @@
 
 #include <utility>
 
+#include "server/api/status_mapping.h"
+
 namespace drape::api {
 
 StopReason BuildStopReason(const ServiceContext& context, const Waiter& waiter) {
@@ -11,9 +13,7 @@ StopReason BuildStopReason(const ServiceContext& context, const Waiter& waiter) 
       return {StatusCode::kCancelled, "DEADLINE_PASSED",
               "the deadline of the request passed before it was done"};
     }
-    if (waiter.cancel.is_cancelled()) {
-      return {StatusCode::kCancelled, "CANCELLED", "the client has gone"};
-    }
+    if (waiter.cancel.is_cancelled()) return ClientHasGone();
     if (scheduler.is_draining()) {
       return {StatusCode::kUnavailable, "DRAINING", "the server is shutting down"};
     }

@@ -3,26 +3,12 @@
 #include <utility>
 
 #include "server/api/request_validation.h"
-#include "server/api/status_mapping.h"
 #include "server/api/view_validation.h"
 
 namespace drape::api {
 
-ReadStatesReactor* ReadStatesReactor::Start(const ServiceContext& context, const Caller& caller,
-                                            const v1::ReadStatesRequest& request) {
-  auto* reactor = new ReadStatesReactor();
-  if (caller.is_refused) {
-    reactor->Finish(Unauthenticated());
-    return reactor;
-  }
-  reactor->tag_ = RequestTag(caller, request);
-  const Status status = reactor->Begin(context, caller, request);
-  if (!status.ok()) reactor->End(status);
-  return reactor;
-}
-
-Status ReadStatesReactor::Begin(const ServiceContext& context, const Caller& caller,
-                                const v1::ReadStatesRequest& request) {
+Status ReadStatesCall::Begin(const ServiceContext& context, const Caller& caller,
+                             const v1::ReadStatesRequest& request) {
   const FieldPath view_path("view");
   Violations violations;
   const ViewSpec view = CheckView(view_path, request.view(), violations);
@@ -50,24 +36,10 @@ Status ReadStatesReactor::Begin(const ServiceContext& context, const Caller& cal
       session_->name(), session_->tenant(), cancel_);
 }
 
-void ReadStatesReactor::OnWriteDone(bool ok) {
-  if (!ok) return End(Status(StatusCode::kCancelled, "CANCELLED", "the client has gone"));
-  WriteNext();
-}
-
-void ReadStatesReactor::WriteNext() {
-  if (!chunker_->has_next()) return End(Status::Ok());
-  chunker_->Next(&chunk_);
-  StartWrite(&chunk_);
-}
-
-void ReadStatesReactor::End(const Status& status) {
-  chunker_
-      .reset();  // gives back its place among the session's reads before the client can ask again
-  held_ = nullptr;
-  session_ = {};
-  tag_.Log(status);
-  Finish(ToGrpcStatus(status));
+bool ReadStatesCall::Next(v1::StateChunk* message) {
+  if (!chunker_->has_next()) return false;
+  chunker_->Next(message);
+  return true;
 }
 
 }  // namespace drape::api

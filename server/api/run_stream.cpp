@@ -78,7 +78,7 @@ void RunReactor::OnDone() {
 void RunReactor::LoseClient() {
   is_broken_ = true;
   work_.cancel.Cancel();
-  Close(Status(StatusCode::kCancelled, "CANCELLED", "the client has gone"));
+  Close(ClientHasGone());
 }
 
 Status RunReactor::Take(const v1::RunRequest& request) {

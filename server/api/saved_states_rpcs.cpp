@@ -95,7 +95,8 @@ grpc::ServerUnaryReactor* SimulationService::DropStates(Context* context,
 
 grpc::ServerWriteReactor<v1::SnapshotChunk>* SimulationService::ExportCloths(
     Context* context, const v1::ExportClothsRequest* request) {
-  return ExportReactor::Start(context_, context_.Identify(*context), *request);
+  return ExportCall::Start<ExportCall>("ExportCloths", context_, context_.Identify(*context),
+                                       *request);
 }
 
 grpc::ServerReadReactor<v1::ImportClothsRequest>* SimulationService::ImportCloths(

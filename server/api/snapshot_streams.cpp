@@ -12,21 +12,8 @@
 
 namespace drape::api {
 
-ExportReactor* ExportReactor::Start(const ServiceContext& context, const Caller& caller,
-                                    const v1::ExportClothsRequest& request) {
-  auto* reactor = new ExportReactor();
-  if (caller.is_refused) {
-    reactor->Finish(Unauthenticated());
-    return reactor;
-  }
-  reactor->tag_ = RequestTag(caller, request);
-  const Status status = reactor->Begin(context, caller, request);
-  if (!status.ok()) reactor->End(status);
-  return reactor;
-}
-
-Status ExportReactor::Begin(const ServiceContext& context, const Caller& caller,
-                            const v1::ExportClothsRequest& request) {
+Status ExportCall::Begin(const ServiceContext& context, const Caller& caller,
+                         const v1::ExportClothsRequest& request) {
   DRAPE_ASSIGN_OR_RETURN(session_, context.FindSession(caller, request.session()));
   std::shared_ptr<const SavedStates> saved = session_->FindSaved(request.name());
   if (saved == nullptr) return SavedStatesNotFound(request.name());
@@ -34,13 +21,13 @@ Status ExportReactor::Begin(const ServiceContext& context, const Caller& caller,
   max_chunk_bytes_ = context.limits.max_chunk_bytes;
   return PostBuild(context, session_->owner(), {cancel_, caller.deadline_us},
                    [this, &context, saved = std::move(saved)](const Status& status) {
-                     const Status written = status.ok() ? Write(context, *saved) : status;
-                     if (!written.ok()) return End(written);
+                     const Status made = status.ok() ? Make(context, *saved) : status;
+                     if (!made.ok()) return End(made);
                      WriteNext();
                    });
 }
 
-Status ExportReactor::Write(const ServiceContext& context, const SavedStates& saved) {
+Status ExportCall::Make(const ServiceContext& context, const SavedStates& saved) {
   DRAPE_ASSIGN_OR_RETURN(bytes_,
                          WriteSnapshot(saved, context.scheduler.description(), context.version));
   DRAPE_ASSIGN_OR_RETURN(held_, session_->saved_budget().Take(session_->owner(), bytes_.size()));
@@ -50,27 +37,14 @@ Status ExportReactor::Write(const ServiceContext& context, const SavedStates& sa
                                             std::to_string(bytes_.size()) + " bytes");
 }
 
-void ExportReactor::OnWriteDone(bool ok) {
-  if (!ok) return End(Status(StatusCode::kCancelled, "CANCELLED", "the client has gone"));
-  if (next_ == bytes_.size()) return End(Status::Ok());
-  WriteNext();
-}
-
-void ExportReactor::WriteNext() {
+bool ExportCall::Next(v1::SnapshotChunk* message) {
+  if (std::exchange(has_begun_, true) && next_ == bytes_.size()) return false;
   const uint64_t count = std::min<uint64_t>(max_chunk_bytes_, bytes_.size() - next_);
-  chunk_.set_offset(next_);
-  chunk_.set_data(bytes_.substr(next_, count));
-  chunk_.set_total_bytes(bytes_.size());
+  message->set_offset(next_);
+  message->set_data(bytes_.substr(next_, count));
+  message->set_total_bytes(bytes_.size());
   next_ += count;
-  StartWrite(&chunk_);
-}
-
-void ExportReactor::End(const Status& status) {
-  bytes_ = {};
-  held_ = nullptr;
-  session_ = {};
-  tag_.Log(status);
-  Finish(ToGrpcStatus(status));
+  return true;
 }
 
 ImportReactor* ImportReactor::Start(const ServiceContext& context, Caller caller,
@@ -87,9 +61,7 @@ ImportReactor* ImportReactor::Start(const ServiceContext& context, Caller caller
 
 void ImportReactor::OnReadDone(bool ok) {
   if (!ok) {
-    if (cancel_.is_cancelled()) {
-      return End(Status(StatusCode::kCancelled, "CANCELLED", "the client has gone"));
-    }
+    if (cancel_.is_cancelled()) return End(ClientHasGone());
     return Import();
   }
   const Status status = Take(request_);

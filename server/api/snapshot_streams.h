@@ -4,41 +4,30 @@
 #include <memory>
 #include <string>
 
-#include "server/api/request_log.h"
-#include "server/api/simulation_service.h"
+#include "server/api/chunked_call.h"
 
 namespace drape::api {
 
-// Owns itself until gRPC is done with it. The bytes count in max_saved_bytes while it lives.
-class ExportReactor final : public grpc::ServerWriteReactor<v1::SnapshotChunk> {
- public:
-  static ExportReactor* Start(const ServiceContext& context, const Caller& caller,
-                              const v1::ExportClothsRequest& request);
-
+// The bytes count in max_saved_bytes while it lives.
+class ExportCall final : public ChunkedCall<v1::SnapshotChunk> {
  private:
-  ExportReactor() = default;
+  friend ChunkedCall;
 
   Status Begin(const ServiceContext& context, const Caller& caller,
                const v1::ExportClothsRequest& request);
   // Builder thread.
-  Status Write(const ServiceContext& context, const SavedStates& saved);
-  void OnWriteDone(bool ok) override;
-  void OnCancel() override { cancel_.Cancel(); }
-  void OnDone() override { delete this; }
-  void WriteNext();
-  void End(const Status& status);
+  Status Make(const ServiceContext& context, const SavedStates& saved);
+  bool Next(v1::SnapshotChunk* message) override;
+  void DropAnswer() override { bytes_ = {}; }
 
-  SessionLease session_;
-  RequestTag tag_;
-  CancelToken cancel_;
-  std::shared_ptr<void> held_;
   std::string bytes_;
-  uint64_t next_ = 0;  // of them
+  uint64_t next_ = 0;       // of them
+  bool has_begun_ = false;  // a message has left, if it was empty
   uint64_t max_chunk_bytes_ = 0;
-  v1::SnapshotChunk chunk_;
 };
 
-// The same. What has come counts, too; the session lives while it is under way.
+// Owns itself until gRPC is done with it. What has come counts, too; the session lives while it is
+// under way.
 class ImportReactor final : public grpc::ServerReadReactor<v1::ImportClothsRequest> {
  public:
   static ImportReactor* Start(const ServiceContext& context, Caller caller,

@@ -7,7 +7,8 @@ namespace drape::api {
 
 grpc::ServerWriteReactor<v1::StateChunk>* SimulationService::ReadStates(
     Context* context, const v1::ReadStatesRequest* request) {
-  return ReadStatesReactor::Start(context_, context_.Identify(*context), *request);
+  return ReadStatesCall::Start<ReadStatesCall>("ReadStates", context_, context_.Identify(*context),
+                                               *request);
 }
 
 grpc::ServerBidiReactor<v1::StreamStatesRequest, grpc::ByteBuffer>*

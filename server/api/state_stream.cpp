@@ -66,7 +66,7 @@ void StateStreamReactor::OnCancel() {
 
 void StateStreamReactor::LoseClient() {
   is_broken_ = true;
-  Close(Status(StatusCode::kCancelled, "CANCELLED", "the client has gone"));
+  Close(ClientHasGone());
 }
 
 void StateStreamReactor::OnDone() {

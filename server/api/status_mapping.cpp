@@ -82,4 +82,8 @@ grpc::Status ToGrpcStatus(const Status& status, const StatusMetadata& metadata) 
   return grpc::Status(code, message, details.SerializeAsString());
 }
 
+Status ClientHasGone() {
+  return Status(StatusCode::kCancelled, "CANCELLED", "the client has gone");
+}
+
 }  // namespace drape::api

@@ -27,4 +27,7 @@ grpc::StatusCode ToGrpcCode(StatusCode code);
 using StatusMetadata = std::map<std::string, std::string>;
 grpc::Status ToGrpcStatus(const Status& status, const StatusMetadata& metadata = {});
 
+// The end of a call whose client has gone or does not want its answer any more.
+Status ClientHasGone();
+
 }  // namespace drape::api

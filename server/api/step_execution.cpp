@@ -57,7 +57,6 @@ std::optional<StateChunker> ChunkerOf(StepCall& call, StepOutcome& outcome, uint
   return StateChunker(std::move(call.chunk_cloths), std::move(states), max_bytes, call.view);
 }
 
-// `clock`: that of the scheduler.
 Result<StepAnswer> ToAnswer(StepCall& call, StepOutcome outcome, const ServiceContext& context) {
   if (!outcome.status.ok()) return outcome.status;
   const trace::Span span("encode_answer");

@@ -1,4 +1,5 @@
-// Step behind its handlers: check, find, submit, map, remember. Shared by Step and StepStream.
+// Step behind its handlers: check, find, submit, map, remember. Shared by Step, StepInChunks and
+// StepStream.
 #pragma once
 
 #include <functional>

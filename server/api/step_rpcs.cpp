@@ -25,7 +25,8 @@ grpc::ServerUnaryReactor* SimulationService::Step(Context* context, const v1::St
 
 grpc::ServerWriteReactor<v1::StepResponse>* SimulationService::StepInChunks(
     Context* context, const v1::StepRequest* request) {
-  return StepChunksReactor::Start(context_, context_.Identify(*context), *request);
+  return StepChunksCall::Start<StepChunksCall>("StepInChunks", context_,
+                                               context_.Identify(*context), *request);
 }
 
 grpc::ServerBidiReactor<v1::StepRequest, v1::StepResponse>* SimulationService::StepStream(

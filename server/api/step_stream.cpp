@@ -84,9 +84,7 @@ void StepStreamReactor::ReadNext() {
 
 void StepStreamReactor::WriteNext() {
   if (is_writing_ || is_ended_) return;
-  if (is_broken_) {
-    return End(Status(StatusCode::kCancelled, "CANCELLED", "the client has gone"));
-  }
+  if (is_broken_) return End(ClientHasGone());
   if (slots_.empty()) {
     if (is_read_over_) End(Status::Ok());
     return;

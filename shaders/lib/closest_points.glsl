@@ -122,25 +122,32 @@ vec3 DirectionAcross(bool are_edges, Corners p, vec3 difference) {
   return Dot(normal, difference) >= 0.0 ? unit : -unit;
 }
 
-// Per axis, the largest difference of a vector of the first primitive and one of the second.
-vec3 LargestDifferences(bool are_edges, Corners v) {
+// The ranges of the corners of each primitive, or of vectors at them.
+struct CornerRanges {
+  vec3 first_low, first_high, second_low, second_high;
+};
+
+CornerRanges RangesOf(bool are_edges, Corners v) {
   vec3 first_low = are_edges ? min(v.a, v.b) : v.a;
   vec3 first_high = are_edges ? max(v.a, v.b) : v.a;
   vec3 second_low = are_edges ? min(v.c, v.d) : min(min(v.b, v.c), v.d);
   vec3 second_high = are_edges ? max(v.c, v.d) : max(max(v.b, v.c), v.d);
-  precise vec3 above = first_high - second_low;
-  precise vec3 below = second_high - first_low;
+  return CornerRanges(first_low, first_high, second_low, second_high);
+}
+
+// Per axis, the largest difference of a vector of the first primitive and one of the second.
+vec3 LargestDifferences(bool are_edges, Corners v) {
+  CornerRanges r = RangesOf(are_edges, v);
+  precise vec3 above = r.first_high - r.second_low;
+  precise vec3 below = r.second_high - r.first_low;
   return max(abs(above), abs(below));
 }
 
 // The boxes around both primitives are so far apart [m].
 float BoxGap(bool are_edges, Corners p) {
-  vec3 first_low = are_edges ? min(p.a, p.b) : p.a;
-  vec3 first_high = are_edges ? max(p.a, p.b) : p.a;
-  vec3 second_low = are_edges ? min(p.c, p.d) : min(min(p.b, p.c), p.d);
-  vec3 second_high = are_edges ? max(p.c, p.d) : max(max(p.b, p.c), p.d);
-  precise vec3 above = first_low - second_high;
-  precise vec3 below = second_low - first_high;
+  CornerRanges r = RangesOf(are_edges, p);
+  precise vec3 above = r.first_low - r.second_high;
+  precise vec3 below = r.second_low - r.first_high;
   return Length(max(max(above, below), vec3(0.0)));
 }
 

@@ -1,13 +1,7 @@
 // Stage find_self_contacts, the search: which pairs may come near each other within some time. Its result holds as
 // long as no particle is farther than `drift` from where its velocity takes it, relative to any other.
+#include "interface/self_contact_search.h"
 #include "stages/self_contacts.glsl"
-
-// As in server/solver/self_contact/self_contacts.cpp.
-const float kSearchWay = 0.25;
-const float kLongestSearch = 1.0 / 60.0;
-const float kDriftThickness = 0.5;
-const float kDriftEdge = 0.05;
-const float kDriftFall = 0.5;
 
 const float kMost = 3.4028235e38;
 
@@ -18,6 +12,24 @@ float search_seconds = 0.0;  // of the search under way
 
 vec3 FoundPosition(uint i) { return ScratchVector(contact.found_positions + 3u * i); }
 vec3 FoundVelocity(uint i) { return ScratchVector(contact.found_velocities + 3u * i); }
+void SetFound(uint i, vec3 p, vec3 v) {
+  SetScratchVector(contact.found_positions + 3u * i, p);
+  SetScratchVector(contact.found_velocities + 3u * i, v);
+}
+
+// Of the vectors that an invocation has seen.
+struct Range {
+  vec3 low, high;
+};
+
+Range NoRange() { return Range(vec3(kMost), vec3(-kMost)); }
+void AddVector(inout Range range, vec3 v) { range = Range(min(range.low, v), max(range.high, v)); }
+// Of the vectors that all have seen. In uniform control flow.
+float LargestDifferenceOf(Range range) {
+  OfferRange(range.low, range.high);
+  EndOffers();
+  return LargestDifference();
+}
 
 // Of positions, then of velocities.
 struct MotionBox {
@@ -97,9 +109,15 @@ Corners RestCorners(uvec4 i) {
   return Corners(RestPosition(i.x), RestPosition(i.y), RestPosition(i.z), RestPosition(i.w));
 }
 
+// The distance at which pairs touch that are far from each other at rest [m].
+float TouchOfKind(bool are_edges) {
+  precise float of_kind = are_edges ? EDGE_SHARE * contact.thickness : contact.thickness;
+  return of_kind;
+}
+
 // The distance at which a pair touches [m] (method.md, equation 49).
 float TouchOf(bool are_edges, uvec4 i) {
-  precise float of_kind = are_edges ? EDGE_SHARE * contact.thickness : contact.thickness;
+  float of_kind = TouchOfKind(are_edges);
   float rest = Length(Closest(are_edges, RestCorners(i)).difference);
   precise float of_rest = REST_SHARE * rest;
   return rest < contact.thickness ? min(of_kind, of_rest) : of_kind;
@@ -111,8 +129,7 @@ bool IsFound(bool are_edges, uvec4 i) {
   if (has_common) return false;
   Corners p = Corners(FoundPosition(i.x), FoundPosition(i.y), FoundPosition(i.z), FoundPosition(i.w));
   Corners v = Corners(FoundVelocity(i.x), FoundVelocity(i.y), FoundVelocity(i.z), FoundVelocity(i.w));
-  precise float of_kind = are_edges ? EDGE_SHARE * contact.thickness : contact.thickness;
-  precise float farthest = of_kind + (drift + search_seconds * Length(LargestDifferences(are_edges, v)));
+  precise float farthest = TouchOfKind(are_edges) + (drift + search_seconds * Length(LargestDifferences(are_edges, v)));
   return BoxGap(are_edges, p) <= farthest && Length(Closest(are_edges, p).difference) <= farthest;
 }
 
@@ -220,8 +237,9 @@ uint PlacePairs(uint first) {
 
 // The drift that a search for so many seconds allows for [m].
 float DriftFor(float seconds) {
-  precise float allowed = drift_scale * (kDriftThickness * contact.thickness + kDriftEdge * contact.edge_length +
-                                         0.5 * kDriftFall * contact.gravity * seconds * seconds);
+  precise float allowed = drift_scale * (DRAPE_CONTACT_DRIFT_THICKNESS * contact.thickness +
+                                         DRAPE_CONTACT_DRIFT_EDGE * contact.edge_length +
+                                         0.5 * DRAPE_CONTACT_DRIFT_FALL * contact.gravity * seconds * seconds);
   return allowed;
 }
 
@@ -267,21 +285,16 @@ vec3 SmoothedVelocity(uint i) {
 
 // For the substeps that come, from the start of this one.
 void SearchAhead(uint substeps_of_step) {
-  vec3 low = vec3(kMost);
-  vec3 high = vec3(-kMost);
+  Range velocities = NoRange();
   CountLoop(16u * cloth.particle_count);  // most particles have fewer neighbours
   FOR_EACH(i, 0u, cloth.particle_count) {
     vec3 v = SmoothedVelocity(i);
-    SetScratchVector(contact.found_positions + 3u * i, Position(i));
-    SetScratchVector(contact.found_velocities + 3u * i, v);
-    low = min(low, v);
-    high = max(high, v);
+    SetFound(i, Position(i), v);
+    AddVector(velocities, v);
   }
-  OfferRange(low, high);
-  EndOffers();
-  precise float speed = 0.5 * LargestDifference();
-  precise float edge_way = kSearchWay * contact.edge_length;
-  float longest = min(kLongestSearch, Quotient(edge_way, max(speed, 1e-30)));
+  precise float speed = 0.5 * LargestDifferenceOf(velocities);
+  precise float edge_way = DRAPE_CONTACT_SEARCH_WAY * contact.edge_length;
+  float longest = min(DRAPE_CONTACT_LONGEST_SEARCH, Quotient(edge_way, max(speed, 1e-30)));
   substeps_left = max(1u, uint(min(Quotient(longest, cloth.step.h), float(substeps_of_step))));
   since_search = 0u;
   while (true) {
@@ -296,23 +309,17 @@ void SearchAhead(uint substeps_of_step) {
 // For this substep alone, by the ways that its particles take. Adds to the pairs that are known: those may be there
 // twice then.
 void SearchWays() {
-  vec3 low = vec3(kMost);
-  vec3 high = vec3(-kMost);
+  Range ways = NoRange();
   CountLoop(cloth.particle_count);
   FOR_EACH(i, 0u, cloth.particle_count) {
     precise vec3 way = Position(i) - Start(i);
     precise vec3 v = way * cloth.step.inverse_h;
-    SetScratchVector(contact.found_positions + 3u * i, Start(i));
-    SetScratchVector(contact.found_velocities + 3u * i, v);
-    low = min(low, way);
-    high = max(high, way);
+    SetFound(i, Start(i), v);
+    AddVector(ways, way);
   }
-  OfferRange(low, high);
-  EndOffers();
-  float range = LargestDifference();
   since_search = 0u;
   substeps_left = 0u;
   // What the guard stops stays within the range of the ways.
-  drift = max(DriftFor(cloth.step.h), range);
+  drift = max(DriftFor(cloth.step.h), LargestDifferenceOf(ways));
   SearchPairs(pair_count, cloth.step.h, kNone);
 }

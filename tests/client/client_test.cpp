@@ -110,7 +110,7 @@ TEST_F(ClientTest, CreatesStepsAndReads) {
 }
 
 // 300 x 300 particles with velocities are 2.2 MB.
-TEST_F(ClientTest, LargeAnswersComeInPiecesAndStayThere) {
+TEST_F(ClientTest, LargeAnswersComeInChunksAndStayThere) {
   Session session = client_->CreateSession();
   v1::ClothSpec spec = SmallCloth();
   spec.mutable_grid()->set_columns(300);

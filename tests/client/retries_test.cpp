@@ -117,6 +117,10 @@ TEST(RetriesTest, AStepIsRepeatableByItsIdOrByItsGuard) {
 TEST(RetriesTest, ChangesNeedAnIdAndReadsNeedNone) {
   EXPECT_TRUE(IsRepeatable(v1::GetClothRequest()));
   EXPECT_TRUE(IsRepeatable(v1::RenderRequest()));
+  EXPECT_TRUE(IsRepeatable(v1::ReadStatesRequest()));
+  EXPECT_TRUE(IsRepeatable(v1::ExportClothsRequest()));
+  EXPECT_TRUE(IsRepeatable(v1::ListTenantsRequest()));
+  EXPECT_FALSE(IsRepeatable(v1::DrainRequest()));
   EXPECT_FALSE(IsRepeatable(v1::CreateSessionRequest()));
   EXPECT_FALSE(IsRepeatable(v1::DeleteSessionRequest()));
   v1::DeleteClothsRequest request;

@@ -1,6 +1,6 @@
 // Cloths that may touch themselves are stepped in lanes while nothing of them is expected to touch.
-// They have the same bits as alone: those that stay apart, those that leave the flight that was
-// expected of them within a step, and those that touch.
+// They have the same bits as alone, with every instruction set of this machine: those that stay
+// apart, those that leave the flight that was expected of them within a step, and those that touch.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -9,6 +9,8 @@
 #include <vector>
 
 #include "server/solver/cpu/cpu_backend.h"
+#include "server/solver/cpu/side_by_side/group_step.h"
+#include "tests/parity/lane_batches.h"
 #include "tests/support/reports.h"
 #include "tests/support/scenes.h"
 #include "tests/support/states.h"
@@ -75,12 +77,27 @@ Outcome Play(const CpuBackendOptions& options, bool use_lanes,
   return outcome;
 }
 
-TEST(SelfContactLanesTest, AreBitExact) {
-  if (CreateCpuBackend()->Describe().plan_of(*Sheet().model, false) != std::string("lanes")) {
-    GTEST_SKIP() << "this machine has no lanes";
-  }
+std::vector<uint32_t> AllCloths() {
   std::vector<uint32_t> all(kCloths);
   std::iota(all.begin(), all.end(), 0u);
+  return all;
+}
+
+// `alone` is of all cloths, `together` of these.
+void ExpectSameBits(const Outcome& together, const std::vector<uint32_t>& cloths,
+                    const Outcome& alone, const std::string& how) {
+  for (size_t k = 0; k < together.bits.size(); ++k) {
+    const size_t cloth = cloths[k % cloths.size()], step = k / cloths.size();
+    const size_t place = step * kCloths + cloth;
+    const std::string where =
+        how + ", cloth " + std::to_string(cloth) + ", step " + std::to_string(step);
+    ASSERT_TRUE(together.bits[k] == alone.bits[place]) << where;
+    ASSERT_EQ(DifferenceOf(together.reports[k], alone.reports[place]), "") << where;
+  }
+}
+
+TEST(SelfContactLanesTest, AreBitExact) {
+  const std::vector<uint32_t> all = AllCloths();
   const Outcome alone = Play({.thread_count = 1}, false, all);
   size_t touching = 0, apart = 0;
   for (const StepReport& report : alone.reports) {
@@ -88,24 +105,20 @@ TEST(SelfContactLanesTest, AreBitExact) {
   }
   EXPECT_GT(touching, 20u);
   EXPECT_GT(apart, 300u);
+  uint32_t most_lanes = 1;
+  for (const int64_t set : InstructionSets()) {
+    const OnlyInstructionSet only(set);
+    most_lanes = std::max(most_lanes, cpu::SupportedLanes().lane_count);
+    ExpectSameBits(Play({.thread_count = 1}, true, all), all, alone, cpu::SupportedLanes().name);
+  }
+  EXPECT_GE(most_lanes, 4u) << "this machine has no lanes to test";
+  ExpectSameBits(Play({.thread_count = 2}, true, all), all, alone, "two threads");
   // Other slots and other batch mates: those of two kinds, and from the last to the first.
   std::vector<uint32_t> some;
   for (uint32_t cloth = kCloths; cloth-- > 0;) {
     if (cloth % 4 == 1 || cloth % 4 == 2) some.push_back(cloth);
   }
-  for (const std::vector<uint32_t>& cloths : {all, some}) {
-    for (const uint32_t threads : {1u, 2u}) {
-      const Outcome together = Play({.thread_count = threads}, true, cloths);
-      for (size_t k = 0; k < together.bits.size(); ++k) {
-        const size_t cloth = cloths[k % cloths.size()], step = k / cloths.size();
-        const size_t place = step * kCloths + cloth;
-        const std::string where = std::to_string(threads) + " threads, cloth " +
-                                  std::to_string(cloth) + ", step " + std::to_string(step);
-        ASSERT_TRUE(together.bits[k] == alone.bits[place]) << where;
-        ASSERT_EQ(DifferenceOf(together.reports[k], alone.reports[place]), "") << where;
-      }
-    }
-  }
+  ExpectSameBits(Play({.thread_count = 2}, true, some), some, alone, "others");
 }
 
 }  // namespace

@@ -97,7 +97,7 @@ class Session {
   // `steps` >= 1 steps of every cloth of the session; waits for the answer.
   v1::StepResponse Step(uint32_t steps);
   v1::StepResponse Step(v1::StepRequest request);
-  // The same with states of any size, which come in pieces of about 1 MiB and stay where they
+  // The same with states of any size, which come in chunks of about 1 MiB and stay where they
   // arrived. Step brings 64 MiB of them at most, in one message.
   SteppedStates StepStates(v1::StepRequest request);
   // For several requests in flight.

@@ -47,7 +47,7 @@ class StepStream {
   // Waits for the next answer. Throws the stream's error; unset when the stream ended without one
   // after FinishWriting().
   std::optional<v1::StepResponse> Read();
-  // The same of a request with `in_chunks`, for large answers: its messages come in pieces of about
+  // The same of a request with `in_chunks`, for large answers: its messages come in chunks of about
   // 1 MiB, whose states stay where they arrived. (Read brings them one by one.)
   std::optional<SteppedStates> ReadStates();
   // No more requests will come.

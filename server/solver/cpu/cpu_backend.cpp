@@ -330,26 +330,23 @@ class CpuBackend final : public Backend {
   // Touches only the cloths of the group and this thread's scratch memory.
   void StepOnThisThread(SharedBatch& batch, size_t index) {
     const StepGroup& group = batch.groups[index];
+    if (group.size() > 1 && !IsWorld(batch.items, group)) return StepSideBySide(batch, group);
+    const TeamLead lead{batch.teams[index].get()};
+    StepTogether(batch.items.subspan(group[0], group.size()),
+                 lead.team != nullptr ? *lead.team : ScratchOfThisThread().alone,
+                 std::span(batch.reports).subspan(group[0], group.size()));
+  }
+
+  // Cloths of a group that may touch something, or leave their expected flight, are stepped alone.
+  void StepSideBySide(SharedBatch& batch, const StepGroup& group) {
     const std::span<const StepItem> items = batch.items;
-    std::vector<StepReport>& reports = batch.reports;
-    StepTeam& alone = ScratchOfThisThread().alone;
-    if (group.size() == 1 || IsWorld(items, group)) {
-      const TeamLead lead{batch.teams[index].get()};
-      StepTogether(items.subspan(group[0], group.size()), lead.team != nullptr ? *lead.team : alone,
-                   std::span(reports).subspan(group[0], group.size()));
-      return;
-    }
-    StepScratch& scratch = ScratchOfThisThread().single;
+    StepGroup by_themselves;
     std::vector<GroupCloth> cloths;
-    StepGroup in_lanes, by_themselves;
+    StepGroup in_lanes;  // of each of `cloths`
     for (const uint32_t k : group) {
-      Cloth& cloth = cloths_.At(items[k].cloth);
-      SetTargets(cloth, items[k]);
-      GroupCloth next{ContextOf(cloth, items[k], *cloth.scheme, alone, scratch), items[k].measure,
-                      cloth.state};
-      const bool fits = cloth.contact_surface == nullptr || FindFlight(next, cloths.size());
-      (fits ? in_lanes : by_themselves).push_back(k);
-      if (fits) cloths.push_back(std::move(next));
+      std::optional<GroupCloth> cloth = LaneOf(items[k], cloths.size());
+      (cloth ? in_lanes : by_themselves).push_back(k);
+      if (cloth) cloths.push_back(std::move(*cloth));
     }
     if (cloths.size() < kMinGroupSize && !by_themselves.empty()) {
       by_themselves.insert(by_themselves.end(), in_lanes.begin(), in_lanes.end());
@@ -357,23 +354,39 @@ class CpuBackend final : public Backend {
     }
     if (!cloths.empty()) StepCloths(cloths, ScratchOfThisThread().lanes);
     for (size_t lane = 0; lane < cloths.size(); ++lane) {
-      GroupCloth& cloth = cloths[lane];
       const uint32_t k = in_lanes[lane];
-      if (cloth.has_left_flight) {
+      if (cloths[lane].has_left_flight) {
         by_themselves.push_back(k);
-        continue;
+      } else {
+        batch.reports[k] = EndLane(cloths_.At(items[k].cloth), cloths[lane]);
       }
-      Cloth& its = cloths_.At(items[k].cloth);
-      if (cloth.has_gained_energy) {
-        cloth.report = StepCalmer(cloth.context, cloth.measure, cloth.state);
-        if (its.contact_surface != nullptr) EndSelfContacts(its, cloth.report, scratch);
-      }
-      reports[k] = cloth.report;
-      EndStep(its, cloth.report);
     }
     for (const uint32_t k : by_themselves) {
-      StepTogether(items.subspan(k, 1), alone, std::span(reports).subspan(k, 1));
+      StepTogether(items.subspan(k, 1), ScratchOfThisThread().alone,
+                   std::span(batch.reports).subspan(k, 1));
     }
+  }
+
+  // The cloth of an item as the next lane has it; none: it may touch itself in this step.
+  std::optional<GroupCloth> LaneOf(const StepItem& item, size_t lane) {
+    Cloth& cloth = cloths_.At(item.cloth);
+    ThreadScratch& scratch = ScratchOfThisThread();
+    SetTargets(cloth, item);
+    GroupCloth next{ContextOf(cloth, item, *cloth.scheme, scratch.alone, scratch.single),
+                    item.measure, cloth.state};
+    if (cloth.contact_surface != nullptr && !FindFlight(next, lane)) return std::nullopt;
+    return next;
+  }
+
+  StepReport EndLane(Cloth& cloth, GroupCloth& lane) {
+    if (lane.has_gained_energy) {
+      lane.report = StepCalmer(lane.context, lane.measure, lane.state);
+      if (cloth.contact_surface != nullptr) {
+        EndSelfContacts(cloth, lane.report, ScratchOfThisThread().single);
+      }
+    }
+    EndStep(cloth, lane.report);
+    return lane.report;
   }
 
   // Of a cloth that touches itself, for its lane. Whether nothing is expected to touch.
@@ -459,23 +472,8 @@ class CpuBackend final : public Backend {
   }
 
   StepContext ContextOf(Cloth& cloth, const StepItem& item, const Scheme& scheme, StepTeam& team,
-                        StepScratch& scratch) {
-    DRAPE_CHECK(item.grips.size() <= cloth.parameters.max_grips, "no more grips than max_grips");
-    StepContext context{*cloth.model,
-                        scheme.controls,
-                        cloth.grips.Hold(*cloth.model, cloth.pin_targets, item.grips),
-                        cloth.own_lengths ? &*cloth.own_lengths : nullptr,
-                        cloth.parameters.collider_motions,
-                        scratch,
-                        team,
-                        IterationsOf(item, cloth.parameters.settings),
-                        leaves_out_colliders_,
-                        scheme.calmer_controls ? &*scheme.calmer_controls : nullptr};
-    context.contact_surface = cloth.contact_surface.get();
-    context.may_cross_itself = cloth.may_cross_itself;
-    context.asks_for_impulses = item.impulses;
-    context.colliders = cloth.parameters.colliders;
-    return context;
+                        StepScratch& scratch) const {
+    return cpu::ContextOf(cloth, item, scheme, leaves_out_colliders_, team, scratch);
   }
 
   const int thread_count_;

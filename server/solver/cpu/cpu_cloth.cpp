@@ -126,6 +126,26 @@ void SetTargets(Cloth& cloth, const StepItem& item) {
   SetColliderMotions(cloth, item.collider_motions);
 }
 
+StepContext ContextOf(Cloth& cloth, const StepItem& item, const Scheme& scheme,
+                      bool leaves_out_colliders, StepTeam& team, StepScratch& scratch) {
+  DRAPE_CHECK(item.grips.size() <= cloth.parameters.max_grips, "no more grips than max_grips");
+  StepContext context{*cloth.model,
+                      scheme.controls,
+                      cloth.grips.Hold(*cloth.model, cloth.pin_targets, item.grips),
+                      cloth.own_lengths ? &*cloth.own_lengths : nullptr,
+                      cloth.parameters.collider_motions,
+                      scratch,
+                      team,
+                      IterationsOf(item, cloth.parameters.settings),
+                      leaves_out_colliders,
+                      scheme.calmer_controls ? &*scheme.calmer_controls : nullptr};
+  context.contact_surface = cloth.contact_surface.get();
+  context.may_cross_itself = cloth.may_cross_itself;
+  context.asks_for_impulses = item.impulses;
+  context.colliders = cloth.parameters.colliders;
+  return context;
+}
+
 void EndStep(Cloth& cloth, const StepReport& report) {
   cloth.fault = report.fault;
   if (cloth.fault != FaultReason::kNone) return;

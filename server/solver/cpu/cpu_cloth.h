@@ -77,6 +77,9 @@ void Abandon(Cloth& cloth);
 
 // Sets the targets of pins, lengths and colliders in a step that begins.
 void SetTargets(Cloth& cloth, const StepItem& item);
+// What a step of the cloth works on, after SetTargets; valid as long as the cloth is not changed.
+StepContext ContextOf(Cloth& cloth, const StepItem& item, const Scheme& scheme,
+                      bool leaves_out_colliders, StepTeam& team, StepScratch& scratch);
 void EndStep(Cloth& cloth, const StepReport& report);
 // Beside it, of a cloth that was not stepped in lanes; `scratch`: of its step.
 void EndSelfContacts(Cloth& cloth, const StepReport& report, const StepScratch& scratch);

@@ -4,22 +4,18 @@
 #include <cmath>
 
 #include "server/solver/self_contact/crossing_search.h"
+#include "shaders/interface/self_contact_search.h"
 
 namespace drape::self_contact {
 namespace {
 
-// A search for patches is for at most so many edge lengths of the way of the fastest particle
-// relative to the mean [-], and for at most kLongestSearch_s. Larger: more pairs of patches than
-// ever touch; smaller: more searches.
-constexpr double kSearchWay = 0.25;
-constexpr double kLongestSearch_s = 1.0 / 60;
-// The drift that a search allows for: this share of the thickness [-], and this share of the way in
-// free fall [-]. Larger: more pairs are looked at in each substep; smaller: more searches.
-constexpr double kDriftThickness = 0.5;
-constexpr double kDriftEdge = 0.05;
-constexpr double kDriftFall = 0.5;
-// In a step in which particles drift farther than that, the next searches allow for this many times
-// more each, and at most for so many times as much [-].
+constexpr double kSearchWay = DRAPE_CONTACT_SEARCH_WAY;
+constexpr double kLongestSearch_s = DRAPE_CONTACT_LONGEST_SEARCH;
+constexpr double kDriftThickness = DRAPE_CONTACT_DRIFT_THICKNESS;
+constexpr double kDriftEdge = DRAPE_CONTACT_DRIFT_EDGE;
+constexpr double kDriftFall = DRAPE_CONTACT_DRIFT_FALL;
+// In a step in which particles drift farther than a search allows for, the next searches allow for
+// this many times more each, and at most for so many times as much [-].
 constexpr double kDriftGrowth = 2;
 constexpr double kMaxDriftScale = 8;
 // More pairs than this per particle are not looked at, but all particles move alike [-].

@@ -72,10 +72,7 @@ class _Connection(ConnectionBase):
             except grpc.RpcError as error:
                 pause_s = self._failed(error, call, tries)
             await asyncio.sleep(pause_s)
-            if sink is not None and call.rest is not None:
-                request = call.rest()
-            elif sink is not None and call.clear is not None:
-                call.clear()
+            request = self._again(call, request)
 
     async def _read(self, of, call, tries, request):
         under_way = self._sending(of, call, tries, request)

@@ -42,8 +42,8 @@ class ClothsBase(Controls):
 
     ids: uint64[n], the names in the protocol. num: n. particles: rows of each cloth. shape: what the server built.
     spec: a copy of the description; None if attached. origins: [n, 3] of the environments; None: all 0. step_count:
-    uint64[n] completed steps. faulted: bool[n], stopped at the
-    last good state until it is reset. timing: where the server spent the last step.
+    uint64[n] completed steps. faulted: bool[n], stopped at the last good state until it is reset. timing: where the
+    server spent the last step.
     """
 
     def __init__(self, session, ids, shape, spec, origins=None):

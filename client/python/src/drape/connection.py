@@ -136,6 +136,15 @@ class ConnectionBase:
             raise error
         return pause_s
 
+    @staticmethod
+    def _again(call, request):
+        """The request of the next sending: what is left of a reading that goes on, or the same once more."""
+        if getattr(call, "rest", None) is not None:
+            return call.rest()
+        if getattr(call, "clear", None) is not None:
+            call.clear()
+        return request
+
 
 def iter_of_many(request):
     """A message as it is; of several, which is to be sent once more perhaps, an iterator from the first one on."""
@@ -182,10 +191,7 @@ class Connection(ConnectionBase):
             except grpc.RpcError as error:
                 pause_s = self._failed(error, call, tries)
             time.sleep(pause_s)
-            if sink is not None and call.rest is not None:
-                request = call.rest()
-            elif sink is not None and call.clear is not None:
-                call.clear()
+            request = self._again(call, request)
 
     def _read(self, of, call, tries, request):
         answers = self._sending(of, call, tries, request)

@@ -50,8 +50,9 @@ def find_server(program=None):
     found = shutil.which("draped")
     if found is None:
         raise errors.NotFound(
-            "no server program: pip install drape-sim[server], or build it (./run build), or set DRAPE_SERVER to the path "
-            "of draped, or drape.connect() to a running one", reason="NO_SERVER_PROGRAM")
+            "no server program: set DRAPE_SERVER to the path of draped, or install the wheel drape-server (./run wheels), or "
+            "build it (./run build) where this package is installed by pip install --editable, or drape.connect() to one "
+            "that runs", reason="NO_SERVER_PROGRAM")
     return found
 
 

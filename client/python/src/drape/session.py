@@ -45,9 +45,9 @@ class SessionBase:
 
         origins [m]: [count, 3] of each cloth's environment in the world (default: all at the origin). transforms:
         [count, 7] position [m] and quaternion x, y, z, w, in the place of spec.transform. overrides: `count`
-        ClothOverrides. world: they touch each other, and all other cloths of the session that name the same world, and
-        are stepped together with them (`step`). request_id: a repetition with the same id gets the same cloths. Raises InvalidArgument,
-        ResourceExhausted.
+        ClothOverrides. world: a name; the cloths touch each other and all others of the session whose world has it, and
+        are stepped together with them (`step`). request_id: a repetition with the same id gets the same cloths.
+        Raises InvalidArgument, ResourceExhausted.
         """
         request = v1.CreateClothsRequest(session=self.name, spec=spec, count=count, overrides=overrides, world=world,
                                          request_id=request_id)

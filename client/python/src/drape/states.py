@@ -117,8 +117,8 @@ class Answer(States):
     and velocities as float16. Reductions that the view asks for, float64: coverage [m^2], target_distance [m]: [m];
     centroid [m]: [m, 3]; box [m]: [m, 2, 3], lowest and highest corner.
 
-    faulted: bool[m]. reports: m StepReports, grips and impulses, if asked for. timing: where the server spent its time, None if
-    nothing was sent.
+    faulted: bool[m]. reports: m StepReports, grips and impulses, if asked for. timing: where the server spent its time,
+    None if nothing was sent.
     """
 
     faulted: np.ndarray = dataclasses.field(default_factory=lambda: np.zeros(0, bool))
