@@ -13,7 +13,7 @@ namespace drape::gl {
 
 // Memory of the host from which a context copies into its buffers, between what was asked for
 // before and what comes later. glNamedBufferSubData promises that, too, but NVIDIA's driver does
-// not keep it (README, bugs of drivers). Its context must be current in every call.
+// not keep it (drivers.md). Its context must be current in every call.
 class Staging {
  public:
   // The bytes may change as soon as it returns.

@@ -70,9 +70,6 @@
 // Invocations that hand each other values through shared memory at most; more would not fit into it
 // beside 1024 particles.
 #define DRAPE_SHARED_LANES 128u
-// Invocations that solve strips from both ends at the same time at most; more would not fit into
-// shared memory beside 1024 particles.
-#define DRAPE_STRIP_HALVES 64u
 // In the list of held particles: a grip that holds none.
 #define DRAPE_NO_PARTICLE 0xffffffffu
 

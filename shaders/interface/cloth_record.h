@@ -79,6 +79,7 @@ struct ClothRecord {
   uint hinge_period;          // substeps that share the forces of hinges
   uint triangle_count;        // 0 without air forces
   uint strip_phase_count;
+  uint strip_levels;  // of reduction before an elimination from both ends
   uint grid_columns;
   uint grid_rows;
   uint collider_count;

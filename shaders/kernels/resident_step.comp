@@ -4,7 +4,7 @@
 // solve_hinges, damp_twist, tether, solve_strips, refine, solve_distance, solve_joints, solve_contacts, integrate,
 // solve_velocity, correct_velocity, commit (server/solver/method.md). Reads Items, Cloths, Models, Parameters,
 // States; writes States, Scratch, Statuses. SI units. With LOOP_BUDGET (drivers that cut long loops,
-// server/gl/README.md) a dispatch stops before it exceeds that many passes through loops, and the next one
+// server/gl/drivers.md) a dispatch stops before it exceeds that many passes through loops, and the next one
 // continues there. The arithmetic is the same.
 layout(local_size_x = LOCAL_SIZE) in;  // before what asks for the size of the work group (lanes.glsl)
 
@@ -66,6 +66,9 @@ void SaveCloth() {
   FOR_EACH(i, 0u, cloth.particle_count) {
     SetScratchVector(cloth.scratch.work_positions + 3u * i, Position(i));
     SetScratchVector(cloth.scratch.work_velocities + 3u * i, Velocity(i));
+#ifdef HAS_TWO_STEPS
+    StorePrevious(i, PreviousPosition(i), PreviousVelocity(i));
+#endif
 #ifdef HAS_QUIET_LINKS
     scratch[cloth.scratch.quiet_flags + i] = IsQuiet(i) ? 1.0 : 0.0;
 #endif
@@ -79,6 +82,9 @@ void LoadParticle(uint i) {
   if (part != 0u) {
     SetPosition(i, ScratchVector(cloth.scratch.work_positions + 3u * i));
     SetVelocity(i, ScratchVector(cloth.scratch.work_velocities + 3u * i));
+#ifdef HAS_TWO_STEPS
+    SetPrevious(i, StoredPreviousPosition(i), StoredPreviousVelocity(i));
+#endif
 #ifdef HAS_QUIET_LINKS
     SetQuiet(i, scratch[cloth.scratch.quiet_flags + i] != 0.0);
 #endif
@@ -234,31 +240,54 @@ void Tether() {
 #endif
 }
 
-const uint kPaused = 0u;
-const uint kConverged = 1u;
-const uint kUsedUp = 2u;
+const uint kGoesOn = 0u;
+const uint kPaused = 1u;
+const uint kConverged = 2u;
+const uint kUsedUp = 3u;
 
-// Sweeps until none of them changes anything, at most max_iterations.
+// The first sweep is counted together with the substep.
+bool MustPauseBefore(uint sweep) {
+#ifdef LOOP_BUDGET
+  return sweep > 0u && MustPause(cloth.sweep_cost);
+#else
+  return false;
+#endif
+}
+
+// Whether it applied an impulse.
+bool SweepOnce(inout Progress progress) {
+#ifdef HAS_TOLERANCE
+  sweep_flag = progress.sweep_count % 3u;
+  if (gl_LocalInvocationID.x == 0u) sweep_changed[(sweep_flag + 1u) % 3u] = 0u;
+#endif
+  Sweep(progress.sweep == 0u, is_last_substep && progress.sweep + 1u == cloth.step.max_iterations);
+  ++progress.sweep_count;
+#ifdef HAS_TOLERANCE
+  // Also the barrier of a sweep without colours and contacts.
+  PhaseBarrier();
+  return sweep_changed[sweep_flag] != 0u;
+#else
+  return true;
+#endif
+}
+
+// Sweeps until none of them changes anything, at most max_iterations. No loop with Progress is left by a return: a
+// driver then counts once more (server/gl/drivers.md).
 uint Solve(inout Progress progress) {
   SetStepShare(progress.substep_index);
-  for (; progress.sweep < cloth.step.max_iterations; ++progress.sweep) {
-#ifdef LOOP_BUDGET
-    // The first sweep is counted together with the substep.
-    if (progress.sweep > 0u && MustPause(cloth.sweep_cost)) return kPaused;
-#endif
-#ifdef HAS_TOLERANCE
-    sweep_flag = progress.sweep_count % 3u;
-    if (gl_LocalInvocationID.x == 0u) sweep_changed[(sweep_flag + 1u) % 3u] = 0u;
-#endif
-    Sweep(progress.sweep == 0u, is_last_substep && progress.sweep + 1u == cloth.step.max_iterations);
-    ++progress.sweep_count;
-#ifdef HAS_TOLERANCE
-    // Also the barrier of a sweep without colours and contacts.
-    PhaseBarrier();
-    if (sweep_changed[sweep_flag] == 0u) return kConverged;
-#endif
+  uint outcome = kGoesOn;
+  while (outcome == kGoesOn) {
+    if (progress.sweep >= cloth.step.max_iterations) {
+      outcome = kUsedUp;
+    } else if (MustPauseBefore(progress.sweep)) {
+      outcome = kPaused;
+    } else if (SweepOnce(progress)) {
+      ++progress.sweep;
+    } else {
+      outcome = kConverged;
+    }
   }
-  return kUsedUp;
+  return outcome;
 }
 
 #ifdef HAS_SOLVE_VELOCITY
@@ -342,29 +371,42 @@ void StoreStatus(uint status, Progress progress) {
   statuses[status].next_sweep = progress.sweep;
 }
 
+bool MustPauseBeforeSubstep() {
+#ifdef LOOP_BUDGET
+  return MustPause(cloth.substep_cost + cloth.sweep_cost);
+#else
+  return false;
+#endif
+}
+
+// One substep, or what is left of it; false if it had to pause.
+bool RunSubstep(inout Progress progress) {
+  BeginSubstep(progress.substep_index);
+  if (progress.sweep == 0u) {
+    Kick(DRAPE_KICK_BEFORE);
+    Predict();
+    SolveElastic();
+    SolveHinges();
+    DampTwist();
+    Tether();
+  }
+  uint outcome = Solve(progress);
+  if (outcome == kPaused) return false;
+  if (outcome == kUsedUp) ++progress.unconverged_substeps;
+  progress.sweep = 0u;
+  ++progress.substep_index;
+  Integrate();
+  Kick(DRAPE_KICK_AFTER);
+  return true;
+}
+
 // All substeps that are left; false if it had to pause.
 bool RunSubsteps(inout Progress progress) {
-  for (; progress.substep_index < cloth.step.substeps; ++progress.substep_index) {
-#ifdef LOOP_BUDGET
-    if (MustPause(cloth.substep_cost + cloth.sweep_cost)) return false;
-#endif
-    BeginSubstep(progress.substep_index);
-    if (progress.sweep == 0u) {
-      Kick(DRAPE_KICK_BEFORE);
-      Predict();
-      SolveElastic();
-      SolveHinges();
-      DampTwist();
-      Tether();
-    }
-    uint outcome = Solve(progress);
-    if (outcome == kPaused) return false;
-    if (outcome == kUsedUp) ++progress.unconverged_substeps;
-    progress.sweep = 0u;
-    Integrate();
-    Kick(DRAPE_KICK_AFTER);
+  bool is_paused = false;
+  while (!is_paused && progress.substep_index < cloth.step.substeps) {
+    is_paused = MustPauseBeforeSubstep() || !RunSubstep(progress);
   }
-  return true;
+  return !is_paused;
 }
 
 void main() {

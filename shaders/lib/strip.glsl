@@ -19,13 +19,19 @@ float StripCoupling(vec3 direction, vec3 n_end_of_other, float inverse_mass) {
   return coupling;
 }
 
+// The right side of the row of a link: the change of velocity that removes its residual [m] in a substep [m/s].
+float StripRightSide(float residual, float inverse_h) {
+  precise float right_side = -residual * inverse_h;
+  return right_side;
+}
+
 // Eliminates the link before from this one. `diagonal` = (w_from + w_to) slope + alpha/h^2 [1/kg], `min_pivot` the
 // least share of it that a pivot has. `coupling`: effect of the previous link's impulse on this error; `ratio`:
 // effect of this impulse on the previous error, over its pivot.
 StripLink EliminateLink(DistanceError error, vec3 direction, float diagonal, float min_pivot,
                         float inverse_h, float coupling, float ratio, StripLink before) {
   precise float pivot = diagonal - coupling * ratio;
-  precise float right_side = -error.residual * inverse_h - coupling * before.right_side;
+  precise float right_side = StripRightSide(error.residual, inverse_h) - coupling * before.right_side;
   precise float least = min_pivot * diagonal;
   float inverse_pivot = Quotient(1.0, max(pivot, least));
   precise float impulse = right_side * inverse_pivot;

@@ -28,6 +28,25 @@ StripRow FirstRow(float diagonal, float from_before, float from_after, float rig
   return StripRow(before, after, scaled, excess);
 }
 
+// A row after elimination of the one before.
+struct EliminatedRow {
+  float inverse_pivot;  // [-]
+  float ratio;       // effect of the next impulse, over the pivot [-]
+  float right_side;  // over the pivot [N s]: the impulse without the effect of the next one
+};
+
+// Eliminates the row before, whose ratio and right side are given, from one with these effects of the impulses before
+// and after it. `least` is the least pivot.
+EliminatedRow EliminateRow(float before, float after, float right_side, float least, float ratio_before,
+                           float right_before) {
+  precise float pivot = 1.0 - before * ratio_before;
+  float inverse_pivot = Quotient(1.0, max(pivot, least));
+  precise float ratio = after * inverse_pivot;
+  precise float right_alone = right_side - before * right_before;
+  precise float scaled = right_alone * inverse_pivot;
+  return EliminatedRow(inverse_pivot, ratio, scaled);
+}
+
 struct ReducedRow {
   StripRow row;
   float pivot;  // over the previous pivot [-]

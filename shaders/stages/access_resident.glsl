@@ -4,6 +4,11 @@
 
 #include "stages/buffers.glsl"
 
+// An invocation has one particle at most, of which it may keep what no other one reads.
+#if LOCAL_SIZE >= CAPACITY
+#define OWNS_PARTICLE
+#endif
+
 // Each element once: an invocation takes every LOCAL_SIZE-th.
 #define FOR_EACH(index, begin, end) \
   for (uint index = (begin) + gl_LocalInvocationID.x; index < (end); index += LOCAL_SIZE)
@@ -54,9 +59,9 @@ bool IsFlagged(uint i) { return (shared_flags[i >> 5] >> (i & 31u) & 1u) != 0u; 
 uint sweep_flag = 0u;
 
 // The barrier rule of the resident plan: one phase (a set of invocations none of which reads what another
-// writes) ends with exactly this call, in uniform control flow.
+// writes) ends with exactly this call, in uniform control flow. barrier() alone orders shared memory; NVIDIA's
+// compiler waits longer where memoryBarrierShared() is there, too.
 void PhaseBarrier() {
-  memoryBarrierShared();
   barrier();
 }
 
@@ -92,10 +97,10 @@ void SetVelocity(uint i, vec3 v) {
 float InverseMass(uint i) { return shared_inverse_masses[PlaceOf(i)]; }
 void SetInverseMass(uint i, float inverse_mass) { shared_inverse_masses[PlaceOf(i)] = inverse_mass; }
 
-uvec2 ConstraintPair(uint k) {
-  uint pair = models[cloth.model.pairs + k];
-  return uvec2(pair & 0xffffu, pair >> 16);
-}
+uvec2 UnpackPair(uint pair) { return uvec2(pair & 0xffffu, pair >> 16); }
+uvec2 ConstraintPair(uint k) { return UnpackPair(models[cloth.model.pairs + k]); }
+// The particles before and after a link, by its place in the lists of links.
+uvec2 StripEnds(uint place) { return UnpackPair(models[cloth.model.strip_ends + place]); }
 
 // This sweep applied an impulse. All writers write the same value.
 void MarkChanged() {

@@ -36,6 +36,12 @@ uvec2 ConstraintPair(uint k) {
   return uvec2(models[word], models[word + 1u]);
 }
 
+// The particles before and after a link, by its place in the lists of links.
+uvec2 StripEnds(uint place) {
+  uint word = cloth.model.strip_ends + 2u * place;
+  return uvec2(models[word], models[word + 1u]);
+}
+
 #ifdef COUNTS_IN_SCRATCH
 // The flags of `refine`, clear outside it.
 uint HasFlagsWord() { return cloth.scratch.stretched_flags + cloth.particle_count; }

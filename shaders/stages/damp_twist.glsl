@@ -16,16 +16,25 @@ vec3 CellTwist(int row, int column) {
   return twist;
 }
 
+#ifdef OWNS_PARTICLE
+vec3 twist_change;
+vec3 TwistChange(uint i) { return twist_change; }
+void SetTwistChange(uint i, vec3 change) { twist_change = change; }
+#else
+vec3 TwistChange(uint i) { return ScratchVector(cloth.scratch.twist_changes + 3u * i); }
+void SetTwistChange(uint i, vec3 change) { SetScratchVector(cloth.scratch.twist_changes + 3u * i, change); }
+#endif
+
 void StoreTwistChange(uint i) {
   int row = int(i / cloth.grid_columns), column = int(i % cloth.grid_columns);
   precise vec3 above = CellTwist(row - 1, column) - CellTwist(row - 1, column - 1);
   precise vec3 below = CellTwist(row, column - 1) - CellTwist(row, column);
   precise vec3 change = above + below;
-  SetScratchVector(cloth.scratch.twist_changes + 3u * i, change);
+  SetTwistChange(i, change);
 }
 
 void ApplyTwistChange(uint i) {
   if (InverseMass(i) == 0.0) return;
-  precise vec3 u = Velocity(i) + ScratchVector(cloth.scratch.twist_changes + 3u * i);
+  precise vec3 u = Velocity(i) + TwistChange(i);
   SetVelocity(i, u);
 }

@@ -1,128 +1,392 @@
-// Stage `solve_strips` from both ends: two invocations eliminate the links of a strip towards its middle, each as if
-// its half were a strip, and solve for the last two links together (server/solver/method.md, "solve_strips"). Half as
-// many links follow each other as from one end, with the same arithmetic for each. Resident plan only.
-#include "stages/access_resident.glsl"
+// Stage `solve_strips` from both ends (server/solver/method.md, "solve_strips"), by a work group: each invocation
+// linearises a link; cyclic reduction divides long strips into systems of every 2^n-th link; two invocations per
+// system eliminate its rows from its ends towards the middle and substitute back; each applies the impulse of its
+// link. So only few pivots are found one after the other. Needs the accessors of one plan, StripEnds and STRIP_ROWS.
+#include "lib/strip_reduction.glsl"
 #include "stages/solve_strips.glsl"
 
-// Invocations that take part: the first half of them begin at the first links, the others at the last ones.
-const uint kHalfCount = (uint(LOCAL_SIZE) < DRAPE_STRIP_HALVES ? uint(LOCAL_SIZE) : DRAPE_STRIP_HALVES) / 2u;
+// A block of strips has at most STRIP_ROWS links, the size of the work group, and so few strips that there are two
+// invocations per system.
+const uint kRowPlaces = uint(STRIP_ROWS) + uint(STRIP_ROWS) / 32u;
 
-// What a half tells the other one: EliminatedStrip.
-const uint kMeetingWords = 10u;
-shared float shared_meetings[kMeetingWords * 2u * kHalfCount];
-shared float shared_move_ratios[2u * kHalfCount];
+// Four numbers of each link of a block, by the steps of MeetStrips. The equations are divided by their pivots:
+//   x  -            effect of the impulse before on this error [-]                                    ratio of the move
+//   y  direction.x  that of the impulse after                                                         pull.x [N s]
+//   z  direction.y  right side [N s]; with the rows before eliminated; impulse                        pull.y
+//   w  direction.z  excess of StripRow; least pivot [-]; effect of the next impulse over the pivot    pull.z
+// At the first link of a strip x says whether any of the strip has an error larger than the tolerance. At the last
+// link of a half, until it has met the other, x or y, whichever the half has used, is the least pivot over the pivot.
+// The links of a strip are neighbours, and strips an odd number of rows apart where there is room: those who eliminate
+// then meet no bank twice.
+shared vec4 shared_rows[kRowPlaces];
+shared uint shared_pins[(kRowPlaces + 31u) / 32u];  // a bit for each row whose `to` is a pin
+shared uint shared_has_excess;  // whether a particle of the block moves too far
 
-// Between two pins a strip has a link too many, whose pivot the elimination raises where it ends at a pin. Backwards
-// that would be another link, with other impulses; so a strip with pins in its second half is not divided.
-bool HasPinAfter(Strip strip, uint middle) {
+vec3 RowVector(uint row) {
+  vec4 numbers = shared_rows[row];
+  return vec3(numbers.y, numbers.z, numbers.w);
+}
+
+void FlagPin(uint row) { atomicOr(shared_pins[row >> 5], 1u << (row & 31u)); }
+
+// Whether any `to` of the rows [begin, end) is a pin.
+bool HasPin(uint begin, uint end) {
   bool has_pin = false;
-  for (uint k = middle + 1u; k <= strip.link_count; ++k) {
-    if (InverseMass(StripParticle(strip, k)) == 0.0) has_pin = true;
+#ifdef HAS_PINS
+  for (uint word = begin >> 5; 32u * word < end; ++word) {
+    uint from_begin = 32u * word < begin ? ~0u << (begin & 31u) : ~0u;
+    uint to_end = 32u * word + 32u > end ? ~(~0u << (end & 31u)) : ~0u;
+    if ((shared_pins[word] & from_begin & to_end) != 0u) has_pin = true;
   }
+#endif
   return has_pin;
 }
 
-// The first half of a strip, which has the middle link, or the second one backwards.
-Strip HalfOf(Strip strip, bool is_second) {
-  uint of_first = (strip.link_count + 1u) / 2u;
-  if (HasPinAfter(strip, of_first)) of_first = strip.link_count;
-  if (!is_second) {
-    strip.link_count = of_first;
-    return strip;
+// The place of a link in its strip, and of its row.
+struct Turn {
+  uint k;
+  uint link_count;  // of the strip
+  uint row;
+};
+
+Turn LoadTurn(uint place) {
+  uint word = models[cloth.model.strip_turns + place];
+  return Turn(word & 0x3ffu, (word >> 10 & 0x3ffu) + 1u, word >> 20);
+}
+
+// A link of this invocation.
+struct SideLink {
+  bool is_link;
+  uint place;  // in the lists of links
+  Turn turn;
+  uint from;  // particles
+  uint to;
+  LinearisedLink link;
+  float impulse;   // [N s]
+  bool is_active;  // any link of its strip has an error larger than the tolerance
+};
+
+uint FirstRow(Turn turn) { return turn.row - turn.k; }
+bool HasNext(Turn turn) { return turn.k + 1u < turn.link_count; }
+
+SideLink LoadSideLink(uint place, uint end, bool is_first_sweep) {
+  DistanceError no_error = DistanceError(vec3(0.0), 0.0);
+  SideLink mine = SideLink(place < end, place, Turn(0u, 0u, 0u), 0u, 0u,
+                           LinearisedLink(0.0, no_error, vec3(0.0), 1.0), 0.0, false);
+  if (!mine.is_link) return mine;
+  uvec2 ends = StripEnds(place);
+  float rest_length = ModelFloat(cloth.model.strip_lengths + place);
+  mine.turn = LoadTurn(place);
+  mine.from = ends.x;
+  mine.to = ends.y;
+  mine.link = LineariseLink(place, rest_length, LoadEnd(mine.from), LoadEnd(mine.to), is_first_sweep);
+  return mine;
+}
+
+// The effects of its neighbours' impulses on its error, before and after it [1/kg].
+vec2 LoadNeighbours(SideLink mine) {
+  vec2 effects = vec2(0.0);
+  if (!mine.is_link) return effects;
+  vec3 n_end = mine.link.error.direction;
+  if (mine.turn.k > 0u) {
+    effects.x = StripCoupling(RowVector(mine.turn.row - 1u), n_end, InverseMass(mine.from));
   }
-#ifdef HAS_REGULAR_STRIPS
-  strip.first += strip.stride * strip.link_count;
-  strip.stride = 0u - strip.stride;
-#else
-  strip.particles += strip.link_count;
-#endif
-  strip.first_link += strip.link_count - 1u;
-  strip.step = 0u - 1u;
-  strip.link_count -= of_first;
-  return strip;
-}
-
-void StoreMeeting(uint lane, EliminatedStrip half_strip) {
-  uint word = kMeetingWords * lane;
-  for (int axis = 0; axis < 3; ++axis) {
-    shared_meetings[word + uint(axis)] = half_strip.last.direction[axis];
-    shared_meetings[word + 3u + uint(axis)] = half_strip.last.n_end[axis];
+  if (HasNext(mine.turn)) {
+    effects.y = StripCoupling(RowVector(mine.turn.row + 1u), n_end, InverseMass(mine.to));
   }
-  shared_meetings[word + 6u] = half_strip.last.inverse_pivot;
-  shared_meetings[word + 7u] = half_strip.last.right_side;
-  shared_meetings[word + 8u] = half_strip.least_pivot;
-  shared_meetings[word + 9u] = half_strip.is_active ? 1.0 : 0.0;
+  return effects;
 }
 
-EliminatedStrip LoadMeeting(uint lane) {
-  uint word = kMeetingWords * lane;
-  vec3 direction = vec3(shared_meetings[word], shared_meetings[word + 1u], shared_meetings[word + 2u]);
-  vec3 n_end = vec3(shared_meetings[word + 3u], shared_meetings[word + 4u], shared_meetings[word + 5u]);
-  StripLink last = StripLink(direction, n_end, shared_meetings[word + 6u], shared_meetings[word + 7u]);
-  return EliminatedStrip(shared_meetings[word + 9u] != 0.0, last, shared_meetings[word + 8u]);
+StripRow RowOf(SideLink mine, vec2 effects) {
+  float right_side = StripRightSide(mine.link.error.residual, substep.inverse_interval);
+  return FirstRow(mine.link.diagonal, effects.x, effects.y, right_side);
 }
 
-// The impulses of this half's last link, and of the other half's [N s].
-vec2 MeetingImpulses(EliminatedStrip mine, EliminatedStrip other, float inverse_mass) {
-  // Both links point to the particle between them.
-  float effect_on_mine = -StripCoupling(other.last.direction, mine.last.n_end, inverse_mass);
-  float effect_on_other = -StripCoupling(mine.last.direction, other.last.n_end, inverse_mass);
-  precise float mine_of_other = effect_on_mine * mine.last.inverse_pivot;
-  precise float other_of_mine = effect_on_other * other.last.inverse_pivot;
-  precise float pivot = 1.0 - mine_of_other * other_of_mine;  // over that of either link
-  precise float least_of_mine = mine.least_pivot * mine.last.inverse_pivot;
-  precise float least_of_other = other.least_pivot * other.last.inverse_pivot;
-  float inverse_pivot = Quotient(1.0, max(pivot, max(least_of_mine, least_of_other)));
-  precise float mine_alone = mine.last.right_side - mine_of_other * other.last.right_side;
-  precise float other_alone = other.last.right_side - other_of_mine * mine.last.right_side;
-  precise vec2 impulses = vec2(mine_alone, other_alone) * inverse_pivot;
-  return impulses;
+// x of the first row of a strip is not its link's, which has no link before.
+void StoreRow(Turn turn, float before, float after, float right_side, float last) {
+  if (turn.k > 0u) {
+    shared_rows[turn.row] = vec4(before, after, right_side, last);
+  } else {
+    shared_rows[turn.row].y = after;
+    shared_rows[turn.row].z = right_side;
+    shared_rows[turn.row].w = last;
+  }
 }
 
-// The strip of this invocation in the round that begins with strip `round` of a phase that ends before `end`.
-Strip LoadHalf(uint round, uint end) {
+// Whether the strip is divided by reduction. Between two pins it has a link too many, whose pivot the elimination
+// raises where it ends at a pin.
+bool IsReduced(Turn strip) {
+  return cloth.strip_levels > 0u && !HasPin(FirstRow(strip), FirstRow(strip) + strip.link_count - 1u);
+}
+
+// The row of a link, or none.
+StripRow LoadRow(uint row) {
+  vec4 numbers = shared_rows[row];
+  return StripRow(numbers.x, numbers.y, numbers.z, numbers.w);
+}
+StripRow NoRow() { return StripRow(0.0, 0.0, 0.0, 0.0); }
+StripRow RowBefore(Turn turn, uint stride) {
+  if (turn.k < stride) return NoRow();
+  StripRow row = LoadRow(turn.row - stride);
+  if (turn.k == stride) row.before = 0.0;  // the first one
+  return row;
+}
+StripRow RowAfter(Turn turn, uint stride) {
+  return turn.k + stride < turn.link_count ? LoadRow(turn.row + stride) : NoRow();
+}
+
+// Eliminates from each equation those of both neighbours, so that every other link is left, and again. Replaces the
+// excesses of the rows by the least pivots. In uniform control flow.
+void ReduceRows(SideLink mine, StripRow row) {
+  bool is_reduced = mine.is_link && IsReduced(mine.turn);
+  // The pivot depends on particles on both sides, so its bound is lower than that of an elimination.
+  float least = MinPivot(mine.is_link ? InverseMass(mine.to) : 1.0);
+  if (is_reduced && InverseMass(mine.to) != 0.0) least = MIN_STRIP_PIVOT / float(1u << cloth.strip_levels);
+  precise float pivot = 1.0;  // over the diagonal
+  for (uint level = 0u; level < cloth.strip_levels; ++level) {
+    uint stride = 1u << level;
+    StripRow before = NoRow();
+    StripRow after = NoRow();
+    if (is_reduced) {
+      before = RowBefore(mine.turn, stride);
+      after = RowAfter(mine.turn, stride);
+    }
+    PhaseBarrier();
+    if (is_reduced) {
+      ReducedRow reduced = ReduceRow(row, before, after, true, Quotient(least, pivot));
+      row = reduced.row;
+      pivot = pivot * reduced.pivot;
+      StoreRow(mine.turn, row.before, row.after, row.right_side, row.excess);
+    }
+    PhaseBarrier();
+  }
+  if (mine.is_link) shared_rows[mine.turn.row].w = Quotient(least, pivot);
+}
+
+// One end of the elimination of a system.
+struct HalfSystem {
+  bool is_second;  // which goes backwards
+  bool has_other;  // the other half has rows
+  uint stride;     // between its rows
+  uint row_count;  // 0: there is none, or nothing to do
+  uint row;        // the last one
+  float ratio;     // there: effect of the next impulse, over the pivot
+  float impulse;   // of that link, at first without the other half [N s]
+};
+
+// A strip with pins in its second half is not divided into halves: backwards, the link too many would be another one.
+HalfSystem LoadHalf(uint begin, uint end) {
   uint lane = gl_LocalInvocationID.x;
-  uint index = round + lane % kHalfCount;
-  if (lane >= 2u * kHalfCount || index >= end) return NoStrip();
-  return HalfOf(LoadStrip(index), lane >= kHalfCount);
+  HalfSystem mine = HalfSystem(lane % 2u == 1u, false, 1u << cloth.strip_levels, 0u, 0u, 0.0, 0.0);
+  uint system = lane / 2u;
+  if (system >= (end - begin) << cloth.strip_levels) return mine;
+  Turn strip = LoadTurn(models[cloth.model.strip_offsets + begin + (system >> cloth.strip_levels)]);
+  uint first = system & (mine.stride - 1u);
+  uint rows = 0u;
+  if (IsReduced(strip)) {
+    if (first < strip.link_count) rows = (strip.link_count - first + mine.stride - 1u) / mine.stride;
+  } else {
+    mine.stride = 1u;
+    if (first == 0u) rows = strip.link_count;
+  }
+  if (rows == 0u || shared_rows[strip.row].x == 0.0) return mine;
+  first += strip.row;
+  // Of three rows at least, so that its last one is not the one with the flag.
+  uint of_first = rows > 2u ? (rows + 1u) / 2u : rows;
+  if (mine.stride == 1u && HasPin(first + of_first, first + rows)) of_first = rows;
+  mine.has_other = of_first < rows;
+  mine.row_count = mine.is_second ? rows - of_first : of_first;
+  mine.row = first + mine.stride * (mine.is_second ? of_first : of_first - 1u);
+  return mine;
 }
 
-// The impulses moved a particle too far, which is rare.
-void RemoveExcess(Strip strip, float back, float last_impulse, vec3 pull_of_other, bool moves_last) {
-  precise vec3 pull_back = back * pull_of_other;
-  ApplyImpulses(strip, back, last_impulse, -pull_back, moves_last);
+// Eliminates the rows of a half up to the last one, and leaves there what the other half needs of it. Each pass reads
+// the row of the next one: a single invocation waits for every result.
+void EliminateRows(inout HalfSystem mine) {
+  bool is_second = mine.is_second;
+  uint step = is_second ? 0u - mine.stride : mine.stride;
+  uint place = mine.row - step * (mine.row_count - 1u);
+  uint first = place;
+  float ratio = 0.0;
+  float right_side = 0.0;
+  precise float share = 0.0;  // the least pivot over the pivot
+  vec4 row = shared_rows[place];
+  for (uint left = mine.row_count; left > 0u; --left) {
+    uint next_place = left > 1u ? place + step : place;
+    vec4 next = shared_rows[next_place];
+    float to_before = is_second ? row.y : row.x;
+    float to_next = is_second ? row.x : row.y;
+    if (place == first) to_before = 0.0;  // a flag, or nothing
+    float least = row.w;
+    if (left == 1u && is_second && HasPin(place - mine.stride, place - mine.stride + 1u)) {
+      least = MIN_STRIP_PIVOT_AT_PIN;
+    }
+    EliminatedRow eliminated = EliminateRow(to_before, to_next, row.z, least, ratio, right_side);
+    ratio = eliminated.ratio;
+    right_side = eliminated.right_side;
+    share = least * eliminated.inverse_pivot;
+    shared_rows[place].z = right_side;
+    shared_rows[place].w = ratio;
+    row = next;
+    place = next_place;
+  }
+  mine.ratio = ratio;
+  mine.impulse = right_side;
+  if (!mine.has_other) return;
+  if (is_second) {
+    shared_rows[mine.row].y = share;
+  } else {
+    shared_rows[mine.row].x = share;
+  }
 }
 
-// In uniform control flow.
+// The impulse of the last link of a half, together with that of the other half [N s].
+float MeetingImpulse(HalfSystem mine) {
+  vec4 row = shared_rows[mine.row];
+  vec4 other = shared_rows[mine.is_second ? mine.row - mine.stride : mine.row + mine.stride];
+  precise float pivot = 1.0 - row.w * other.w;  // over that of either link
+  float least = mine.is_second ? max(row.y, other.x) : max(row.x, other.y);
+  float inverse_pivot = Quotient(1.0, max(pivot, least));
+  precise float alone = row.z - row.w * other.z;
+  precise float impulse = alone * inverse_pivot;
+  return impulse;
+}
+
+// Replaces the right sides of the rows of a half by its impulses, from the last one back.
+void SubstituteBack(HalfSystem mine) {
+  uint step = mine.is_second ? mine.stride : 0u - mine.stride;
+  uint place = mine.row;
+  precise float impulse = mine.impulse;
+  shared_rows[place].z = impulse;
+  if (mine.row_count == 1u) return;
+  place += step;
+  vec4 row = shared_rows[place];
+  for (uint left = mine.row_count - 1u; left > 0u; --left) {
+    uint next_place = left > 1u ? place + step : place;
+    vec4 next = shared_rows[next_place];
+    impulse = row.z - row.w * impulse;
+    shared_rows[place].z = impulse;
+    row = next;
+    place = next_place;
+  }
+}
+
+// Whether MoveRatioSq of this change is above 1, without the quotient.
+bool MovesFar(vec3 change, float rest_length) {
+  precise float limit = rest_length * (MAX_STRIP_MOVE * substep.inverse_interval);
+  precise float limit_sq = limit * limit;
+  return Dot(change, change) > limit_sq;
+}
+
+// The changes of velocity of the particles of a link, its second one and, at the first link of a strip, its first one,
+// by the pulls in the rows [m/s].
+struct EndChanges {
+  vec3 of_to;
+  vec3 of_from;
+};
+
+EndChanges ChangesOfEnds(SideLink mine) {
+  vec3 pull = RowVector(mine.turn.row);
+  vec3 pull_of_next = HasNext(mine.turn) ? RowVector(mine.turn.row + 1u) : vec3(0.0);
+  precise vec3 of_to = InverseMass(mine.to) * (pull - pull_of_next);
+  precise vec3 of_from = vec3(0.0);
+  if (mine.turn.k == 0u) of_from = InverseMass(mine.from) * -pull;
+  return EndChanges(of_to, of_from);
+}
+
+void ChangeVelocity(uint i, vec3 change) {
+  precise vec3 velocity = Velocity(i) + change;
+  if (InverseMass(i) != 0.0) SetVelocity(i, velocity);
+}
+
+void ChangeEnds(SideLink mine, EndChanges changes) {
+  ChangeVelocity(mine.to, changes.of_to);
+  if (mine.turn.k == 0u) ChangeVelocity(mine.from, changes.of_from);
+}
+
+void StorePull(SideLink mine, float share) {
+  precise float applied = share * mine.impulse;
+  AccumulateImpulse(mine.place, applied);
+  precise vec3 pull = applied * mine.link.direction;
+  shared_rows[mine.turn.row].y = pull.x;  // x may be the flag that others read
+  shared_rows[mine.turn.row].z = pull.y;
+  shared_rows[mine.turn.row].w = pull.z;
+}
+
+// The impulses moved particles too far, which is rare: takes back what is too much in each strip.
+void RemoveExcess(SideLink mine) {
+  float ratio_sq = 0.0;
+  if (mine.is_active) {
+    EndChanges changes = ChangesOfEnds(mine);
+    ratio_sq = max(MoveRatioSq(changes.of_to, mine.link.rest_length),
+                   MoveRatioSq(changes.of_from, mine.link.rest_length));
+  }
+  PhaseBarrier();
+  if (mine.is_active) shared_rows[mine.turn.row].x = ratio_sq;
+  PhaseBarrier();
+  precise float back = 0.0;
+  if (mine.is_active) {
+    float largest_ratio_sq = 0.0;
+    for (uint k = 0u; k < mine.turn.link_count; ++k) {
+      largest_ratio_sq = max(largest_ratio_sq, shared_rows[FirstRow(mine.turn) + k].x);
+    }
+    back = ShareOfMove(largest_ratio_sq) - 1.0;
+  }
+  PhaseBarrier();
+  if (back != 0.0) StorePull(mine, back);
+  PhaseBarrier();
+  if (back != 0.0) ChangeEnds(mine, ChangesOfEnds(mine));
+}
+
+// The strips [begin, end), a block. In uniform control flow.
 void MeetStrips(uint begin, uint end, bool is_first_sweep) {
   uint lane = gl_LocalInvocationID.x;
-  bool is_second = lane >= kHalfCount;
-  uint other_lane = is_second ? lane - kHalfCount : lane + kHalfCount;
-  for (uint round = begin; round < end; round += kHalfCount) {
-    Strip strip = LoadHalf(round, end);
-    EliminatedStrip mine = EliminatedStrip(false, StripLink(vec3(0.0), vec3(0.0), 0.0, 0.0), 0.0);
-    if (strip.link_count > 0u) mine = EliminateStrip(strip, is_first_sweep);
-    if (lane < 2u * kHalfCount) StoreMeeting(lane, mine);
-    PhaseBarrier();
-    float largest_ratio_sq = 0.0;
-    vec2 impulses = vec2(mine.last.right_side, 0.0);
-    precise vec3 pull_of_other = vec3(0.0);
-    bool is_active = false;
-    if (strip.link_count > 0u) {
-      EliminatedStrip other = LoadMeeting(other_lane);
-      is_active = mine.is_active || other.is_active;
-      float inverse_mass = InverseMass(StripParticle(strip, strip.link_count));
-      if (other.last.inverse_pivot != 0.0) impulses = MeetingImpulses(mine, other, inverse_mass);
-      pull_of_other = impulses.y * other.last.direction;
-    }
-    if (is_active) {
-      MarkChanged();
-      largest_ratio_sq = ApplyImpulses(strip, 1.0, impulses.x, -pull_of_other, !is_second);
-    }
-    if (lane < 2u * kHalfCount) shared_move_ratios[lane] = largest_ratio_sq;
-    PhaseBarrier();
-    if (!is_active) continue;
-    precise float back = ShareOfMove(max(largest_ratio_sq, shared_move_ratios[other_lane])) - 1.0;
-    if (back != 0.0) RemoveExcess(strip, back, impulses.x, pull_of_other, !is_second);
+  uint first_link = models[cloth.model.strip_offsets + begin];
+  uint end_link = models[cloth.model.strip_offsets + end];
+  SideLink mine = LoadSideLink(first_link + lane, end_link, is_first_sweep);
+  if (mine.is_link) shared_rows[mine.turn.row] = vec4(0.0, mine.link.direction);
+  if (lane < (kRowPlaces + 31u) / 32u) shared_pins[lane] = 0u;
+  if (lane == 0u) shared_has_excess = 0u;
+  PhaseBarrier();
+  vec2 effects = LoadNeighbours(mine);
+  PhaseBarrier();
+  StripRow row = RowOf(mine, effects);
+  if (mine.is_link) {
+    float last = cloth.strip_levels > 0u ? row.excess : MinPivot(InverseMass(mine.to));
+    StoreRow(mine.turn, row.before, row.after, row.right_side, last);
+    if (IsBeyondTolerance(mine.link)) shared_rows[FirstRow(mine.turn)].x = 1.0;  // all writers write the same
+#ifdef HAS_PINS
+    if (InverseMass(mine.to) == 0.0) FlagPin(mine.turn.row);
+#endif
   }
+  PhaseBarrier();
+  if (cloth.strip_levels > 0u) {
+    ReduceRows(mine, row);
+    PhaseBarrier();
+  }
+
+  HalfSystem half_system = LoadHalf(begin, end);
+  if (half_system.row_count > 0u) EliminateRows(half_system);
+  PhaseBarrier();
+  if (half_system.has_other && half_system.row_count > 0u) half_system.impulse = MeetingImpulse(half_system);
+  PhaseBarrier();
+  if (half_system.row_count > 0u) SubstituteBack(half_system);
+  PhaseBarrier();
+
+  if (mine.is_link) {
+    mine.is_active = shared_rows[FirstRow(mine.turn)].x != 0.0;
+    mine.impulse = shared_rows[mine.turn.row].z;
+  }
+  if (mine.is_active) StorePull(mine, 1.0);
+  PhaseBarrier();
+  if (mine.is_active) {
+    MarkChanged();
+    EndChanges changes = ChangesOfEnds(mine);
+    ChangeEnds(mine, changes);
+    bool moves_far =
+        MovesFar(changes.of_to, mine.link.rest_length) || MovesFar(changes.of_from, mine.link.rest_length);
+    if (moves_far) shared_has_excess = 1u;  // all writers write the same
+  }
+  PhaseBarrier();
+  if (shared_has_excess != 0u) RemoveExcess(mine);
 }

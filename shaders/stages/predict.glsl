@@ -29,9 +29,9 @@ void PredictBallistic(uint i) {
 void PredictTwoStep(uint i) {
   vec3 p = Position(i);
   vec3 v = Velocity(i);
-  vec3 base = Extrapolated(p, ScratchVector(cloth.scratch.previous_positions + 3u * i));
+  vec3 base = Extrapolated(p, PreviousPosition(i));
   SetPosition(i, AddScaled(base, substep.lead, v));
-  vec3 ahead = Extrapolated(v, ScratchVector(cloth.scratch.previous_velocities + 3u * i));
+  vec3 ahead = Extrapolated(v, PreviousVelocity(i));
   precise vec3 u = AddScaled(ahead, substep.kick_within, cloth.step.gravity.xyz) * substep.damping_factor;
   SetVelocity(i, u);
   SetPrevious(i, p, v);

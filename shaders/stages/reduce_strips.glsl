@@ -20,8 +20,8 @@ LaneLink LoadLaneLink(Strip strip, bool is_first_sweep) {
   uint k = Lane();
   mine.from = StripParticle(strip, k);
   mine.to = StripParticle(strip, k + 1u);
-  mine.link =
-      LineariseLink(strip, k, LoadEnd(mine.from), LoadEnd(mine.to), is_first_sweep);
+  mine.link = LineariseLink(StripLinkAt(strip, k), StripRestLength(strip, k), LoadEnd(mine.from), LoadEnd(mine.to),
+                            is_first_sweep);
   return mine;
 }
 
@@ -133,11 +133,8 @@ void ReduceStrip(Strip strip, bool is_first_sweep) {
   if (!mine.is_link || !maximum.has_flag) return;
   MarkChanged();
   float share = ShareOfMove(maximum.x);
-#ifdef HAS_COMPLIANCE
-  uint lambda = cloth.scratch.lambdas + models[cloth.model.strip_constraints + StripLinkAt(strip, Lane())];
-  precise float accumulated = scratch[lambda] + share * impulse;
-  scratch[lambda] = accumulated;
-#endif
+  precise float applied = share * impulse;
+  AccumulateImpulse(StripLinkAt(strip, Lane()), applied);
   if (Lane() == 0u) ChangeVelocity(mine.from, share, change_of_first);
   ChangeVelocity(mine.to, share, change);
 }

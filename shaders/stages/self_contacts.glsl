@@ -40,7 +40,7 @@ void EndPhase() {
 }
 
 // The passes through loops that an invocation has made or may have made, the same in all of them: drivers may cut long
-// loops (server/gl/README.md). What would take too many is left out where it may be; the guard then holds the cloth.
+// loops (server/gl/drivers.md). What would take too many is left out where it may be; the guard then holds the cloth.
 uint used_passes = 0u;
 
 // A loop over so many elements.

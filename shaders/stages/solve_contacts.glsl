@@ -33,7 +33,7 @@ void StoreTangentBeta(uint collider, uint i, vec3 beta_t) {
 // The position before the substep of a particle whose b is p.
 vec3 StartPosition(uint i, vec3 p) {
 #ifdef HAS_TWO_STEPS
-  if (IsTwoStep()) return ScratchVector(cloth.scratch.previous_positions + 3u * i);
+  if (IsTwoStep()) return PreviousPosition(i);
 #endif
   return p;
 }
@@ -146,8 +146,8 @@ void StoreContactViolation(uint i) {
 #if defined(HAS_SOLVE_CONTACTS) && defined(HAS_TWO_STEPS)
 // Whether the particle hit this collider in this substep, which began with the previous state.
 bool HasLanded(Surface surface, uint i) {
-  vec3 p = ScratchVector(cloth.scratch.previous_positions + 3u * i);
-  vec3 v = ScratchVector(cloth.scratch.previous_velocities + 3u * i);
+  vec3 p = PreviousPosition(i);
+  vec3 v = PreviousVelocity(i);
   return IsLanding(RelativeAtStart(surface, p, v), GapAtStart(surface, p).normal, cloth.step.slowest_landing);
 }
 

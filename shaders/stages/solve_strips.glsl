@@ -8,11 +8,10 @@
 // the pivot [N s].
 uint LinkWord(uint k) { return cloth.scratch.strip_links + DRAPE_STRIP_LINK_WORDS * k; }
 
-// The places of the links and particles of a strip, or of a part of it that may run backwards.
+// The places of the links and particles of a strip.
 struct Strip {
   uint first_link;
   uint link_count;
-  uint step;  // from one link to the next: 1, or backwards -1, modulo 2^32
 #ifdef HAS_REGULAR_STRIPS
   uint first;         // particle
   uint stride;        // from one particle to the next
@@ -26,24 +25,23 @@ Strip LoadStrip(uint strip) {
 #ifdef HAS_REGULAR_STRIPS
   uint word = cloth.model.regular_strips + DRAPE_REGULAR_STRIP_WORDS * strip;
   uint begin = models[word];
-  return Strip(begin, models[word + 1u] - begin, 1u, models[word + 2u], models[word + 3u],
-               ModelFloat(word + 4u));
+  return Strip(begin, models[word + 1u] - begin, models[word + 2u], models[word + 3u], ModelFloat(word + 4u));
 #else
   uint word = cloth.model.strip_offsets + strip;
   uint begin = models[word];
-  return Strip(begin, models[word + 1u] - begin, 1u, cloth.model.strip_particles + strip + begin);
+  return Strip(begin, models[word + 1u] - begin, cloth.model.strip_particles + strip + begin);
 #endif
 }
 
 // The place of its k-th link in the lists of links.
-uint StripLinkAt(Strip strip, uint k) { return strip.first_link + strip.step * k; }
+uint StripLinkAt(Strip strip, uint k) { return strip.first_link + k; }
 
 // The particle before its k-th link, or after the last one.
 uint StripParticle(Strip strip, uint k) {
 #ifdef HAS_REGULAR_STRIPS
   return strip.first + strip.stride * k;
 #else
-  return models[strip.particles + strip.step * k];
+  return models[strip.particles + k];
 #endif
 }
 
@@ -79,13 +77,14 @@ struct LinearisedLink {
   float diagonal;  // effect of the impulse on the error: (w_from + w_to) slope + alpha/h^2 [1/kg]
 };
 
-LinearisedLink LineariseLink(Strip strip, uint k, LinkEnd from, LinkEnd to, bool is_first_sweep) {
+// `place`: of the link in the lists of links.
+LinearisedLink LineariseLink(uint place, float rest_length, LinkEnd from, LinkEnd to, bool is_first_sweep) {
   LinearisedLink link;
-  link.rest_length = StripRestLength(strip, k);
+  link.rest_length = rest_length;
   float compliance = 0.0;
   float lambda = 0.0;
 #ifdef HAS_COMPLIANCE
-  uint constraint = models[cloth.model.strip_constraints + StripLinkAt(strip, k)];
+  uint constraint = models[cloth.model.strip_constraints + place];
   compliance = ModelFloat(cloth.model.compliances + constraint);
   if (is_first_sweep) {
     scratch[cloth.scratch.lambdas + constraint] = 0.0;
@@ -132,27 +131,26 @@ bool IsBeyondTolerance(LinearisedLink link) {
   return abs(link.error.residual) > cloth.step.tolerance * link.rest_length;
 }
 
-// The least share of the diagonal for the pivot of a link whose second particle is `to`.
-float MinPivot(LinkEnd to) {
-  return to.inverse_mass == 0.0 ? MIN_STRIP_PIVOT_AT_PIN : MIN_STRIP_PIVOT;
+// The least share of the diagonal for the pivot of a link whose second particle has this inverse mass.
+float MinPivot(float inverse_mass) {
+  return inverse_mass == 0.0 ? MIN_STRIP_PIVOT_AT_PIN : MIN_STRIP_PIVOT;
 }
 
 // A strip after elimination.
 struct EliminatedStrip {
   bool is_active;  // whether an error is larger than the tolerance
-  StripLink last;
-  float least_pivot;  // of the last link [1/kg]
+  float last_impulse;  // [N s]
 };
 
 // Linearises each link of the strip in turn and eliminates it from the next.
 EliminatedStrip EliminateStrip(Strip strip, bool is_first_sweep) {
   bool is_active = false;
   StripLink before = StripLink(vec3(0.0), vec3(0.0), 0.0, 0.0);
-  precise float least_pivot = 0.0;
   LinkEnd from = LoadEnd(StripParticle(strip, 0u));
   for (uint k = 0u; k < strip.link_count; ++k) {
     LinkEnd to = LoadEnd(StripParticle(strip, k + 1u));
-    LinearisedLink link = LineariseLink(strip, k, from, to, is_first_sweep);
+    uint place = StripLinkAt(strip, k);
+    LinearisedLink link = LineariseLink(place, StripRestLength(strip, k), from, to, is_first_sweep);
     if (IsBeyondTolerance(link)) is_active = true;
     float coupling = 0.0;
     precise float ratio = 0.0;
@@ -164,16 +162,15 @@ EliminatedStrip EliminateStrip(Strip strip, bool is_first_sweep) {
       ratio = coupling * before.inverse_pivot;
 #endif
     }
-    before = EliminateLink(link.error, link.direction, link.diagonal, MinPivot(to),
+    before = EliminateLink(link.error, link.direction, link.diagonal, MinPivot(to.inverse_mass),
                            substep.inverse_interval, coupling, ratio, before);
-    least_pivot = MinPivot(to) * link.diagonal;
-    uint word = LinkWord(StripLinkAt(strip, k));
+    uint word = LinkWord(place);
     SetScratchVector(word, before.direction);
     scratch[word + 3u] = ratio;
     scratch[word + 4u] = before.right_side;
     from = to;
   }
-  return EliminatedStrip(is_active, before, least_pivot);
+  return EliminatedStrip(is_active, before.right_side);
 }
 
 // The square of the ratio of a change of velocity [m/s] to the one that moves by MAX_STRIP_MOVE lengths [m] of a
@@ -200,29 +197,30 @@ float PullParticle(uint i, vec3 pull, vec3 pull_of_next, float rest_length) {
   return MoveRatioSq(change, rest_length);
 }
 
-// Finds the impulses from the last link, whose impulse is given [N s], back and applies `share` of them. The last
-// particle also gets `pull_of_next`, from beyond the strip, or is left alone. Returns the largest MoveRatioSq.
-float ApplyImpulses(Strip strip, float share, float last_impulse, vec3 pull_of_next, bool moves_last) {
+// The accumulated impulse of a link, of the place in the lists of links, grows by `applied` [N s].
+void AccumulateImpulse(uint place, float applied) {
+#ifdef HAS_COMPLIANCE
+  uint lambda = cloth.scratch.lambdas + models[cloth.model.strip_constraints + place];
+  precise float accumulated = scratch[lambda] + applied;
+  scratch[lambda] = accumulated;
+#endif
+}
+
+// Finds the impulses from the last link back and applies `share` of them. Returns the largest MoveRatioSq.
+float ApplyImpulses(Strip strip, float share, float last_impulse) {
   float largest_ratio_sq = 0.0;
+  vec3 pull_of_next = vec3(0.0);
   precise float effect_of_next = 0.0;  // on this impulse
   for (uint k = strip.link_count; k-- > 0u;) {
     uint word = LinkWord(StripLinkAt(strip, k));
-    bool is_last = k + 1u == strip.link_count;
-    precise float impulse = is_last ? last_impulse : scratch[word + 4u] - effect_of_next;
+    precise float impulse = k + 1u == strip.link_count ? last_impulse : scratch[word + 4u] - effect_of_next;
     effect_of_next = scratch[word + 3u] * impulse;
     precise float applied = share * impulse;
-#ifdef HAS_COMPLIANCE
-    uint lambda = cloth.scratch.lambdas + models[cloth.model.strip_constraints + StripLinkAt(strip, k)];
-    precise float accumulated = scratch[lambda] + applied;
-    scratch[lambda] = accumulated;
-#endif
+    AccumulateImpulse(StripLinkAt(strip, k), applied);
     precise vec3 pull = applied * ScratchVector(word);
-    if (moves_last || !is_last) {
-      uint link_before = strip.step == 1u ? k : k + 1u;  // as the whole strip runs
-      float ratio_sq = PullParticle(StripParticle(strip, k + 1u), pull, pull_of_next,
-                                    StripRestLength(strip, link_before));
-      largest_ratio_sq = max(largest_ratio_sq, ratio_sq);
-    }
+    float ratio_sq =
+        PullParticle(StripParticle(strip, k + 1u), pull, pull_of_next, StripRestLength(strip, k));
+    largest_ratio_sq = max(largest_ratio_sq, ratio_sq);
     pull_of_next = pull;
   }
   float ratio_sq = PullParticle(StripParticle(strip, 0u), vec3(0.0), pull_of_next,
@@ -236,11 +234,10 @@ void SolveStrip(uint index, bool is_first_sweep) {
   EliminatedStrip eliminated = EliminateStrip(strip, is_first_sweep);
   if (!eliminated.is_active) return;
   MarkChanged();
-  float last_impulse = eliminated.last.right_side;
   // Applies all of the impulses, then removes the excess if they moved a particle too far, which is rare.
   precise float share = 1.0;
   do {
-    precise float back = ShareOfMove(ApplyImpulses(strip, share, last_impulse, vec3(0.0), true)) - 1.0;
+    precise float back = ShareOfMove(ApplyImpulses(strip, share, eliminated.last_impulse)) - 1.0;
     share = share == 1.0 ? back : 0.0;
   } while (share != 0.0);
 }
@@ -248,8 +245,8 @@ void SolveStrip(uint index, bool is_first_sweep) {
 // A strip without links.
 Strip NoStrip() {
 #ifdef HAS_REGULAR_STRIPS
-  return Strip(0u, 0u, 1u, 0u, 0u, 0.0);
+  return Strip(0u, 0u, 0u, 0u, 0.0);
 #else
-  return Strip(0u, 0u, 1u, 0u);
+  return Strip(0u, 0u, 0u);
 #endif
 }

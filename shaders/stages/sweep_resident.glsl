@@ -3,6 +3,7 @@
 #ifndef DRAPE_STAGES_SWEEP_RESIDENT_GLSL_
 #define DRAPE_STAGES_SWEEP_RESIDENT_GLSL_
 
+#include "lib/strip_reduction.glsl"
 #include "stages/access_resident.glsl"
 #include "stages/solve_contacts.glsl"
 #include "stages/solve_distance.glsl"
@@ -16,6 +17,7 @@
 #include "stages/reduce_strips.glsl"
 #endif
 #ifdef HAS_STRIP_HALVES
+#define STRIP_ROWS CAPACITY
 #include "stages/meet_strips.glsl"
 #endif
 

@@ -35,6 +35,8 @@ struct alignas(16) Vec4 {
   GLSL Vec4(T all) : x(all), y(all), z(all), w(all) {}
   GLSL Vec4(T a, T b, T c, T d) : x(a), y(b), z(c), w(d) {}
   GLSL Vec4(Vec3<T> v, T d) : x(v.x), y(v.y), z(v.z), w(d) {}
+  GLSL Vec4(T a, Vec3<T> v) : x(a), y(v.x), z(v.y), w(v.z) {}
+  GLSL Vec4(Vec2<T> v, T c, T d) : x(v.x), y(v.y), z(c), w(d) {}
   GLSL Vec4(Vec2<T> a, Vec2<T> b) : x(a.x), y(a.y), z(b.x), w(b.y) {}
   GLSL Vec3<T> xyz() const { return {x, y, z}; }
   GLSL Vec2<T> xy() const { return {x, y}; }

@@ -51,7 +51,7 @@ TEST_F(BufferTest, UploadsOfAnySizeArrive) {
 }
 
 // A copy on the device sees what was uploaded before it and nothing of what came later. NVIDIA's
-// driver breaks this for glNamedBufferSubData (README of server/gl).
+// driver breaks this for glNamedBufferSubData (server/gl/drivers.md).
 TEST_F(BufferTest, UploadsKeepTheirPlaceAmongTheCommandsOfTheDevice) {
   constexpr size_t kBytes = kMib / 2;
   constexpr uint32_t kRounds = 40;

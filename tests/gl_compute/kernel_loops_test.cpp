@@ -1,5 +1,5 @@
 // Steps of very small cloths with very many sweeps, in which uncounted passes of a sweep's loops
-// weigh most. A driver that cuts loops (server/gl/README.md) would stop such a step in the middle.
+// weigh most. A driver that cuts loops (server/gl/drivers.md) would stop such a step in the middle.
 #include <gtest/gtest.h>
 
 #include "server/solver/step_plan.h"

@@ -41,18 +41,21 @@ uint32_t KindWord(ElasticKind kind) {
   return DRAPE_ELASTIC_RODS;
 }
 
+void AppendPair(uint32_t i, uint32_t j, bool is_resident, std::vector<uint32_t>& words) {
+  if (is_resident) {
+    words.push_back(i | j << 16);
+  } else {
+    words.insert(words.end(), {i, j});
+  }
+}
+
 void PackConstraints(const SceneModel& model, bool is_resident, PackedModel& packed) {
   std::vector<uint32_t>& words = packed.words;
   packed.layout.colour_offsets = Position(words);
   words.insert(words.end(), model.colour_offsets().begin(), model.colour_offsets().end());
   packed.layout.pairs = Position(words);
   for (const DistanceConstraint& constraint : model.constraints()) {
-    if (is_resident) {
-      words.push_back(constraint.i | constraint.j << 16);
-    } else {
-      words.push_back(constraint.i);
-      words.push_back(constraint.j);
-    }
+    AppendPair(constraint.i, constraint.j, is_resident, words);
   }
   packed.layout.rest_lengths = Position(words);
   for (const DistanceConstraint& constraint : model.constraints()) {
@@ -156,6 +159,27 @@ void PackTethers(const SceneModel& model, PackedModel& packed) {
   }
 }
 
+// What kernels that solve strips from both ends know of their links.
+void PackStripRows(const SceneModel& model, bool is_resident, PackedModel& packed) {
+  const StripSet& strips = model.strips();
+  std::vector<uint32_t>& words = packed.words;
+  const auto append = [&words](const std::vector<uint32_t>& values) {
+    const uint32_t begin = Position(words);
+    words.insert(words.end(), values.begin(), values.end());
+    return begin;
+  };
+  packed.layout.strip_ends = Position(words);
+  for (uint32_t s = 0; s < strips.strip_count(); ++s) {
+    for (uint32_t k = strips.strip_offsets[s]; k < strips.strip_offsets[s + 1]; ++k) {
+      AppendPair(strips.particles[k + s], strips.particles[k + s + 1], is_resident, words);
+    }
+  }
+  packed.rows = FindStripRows(model, is_resident);
+  packed.layout.strip_turns = append(packed.rows.turns);
+  packed.layout.strip_phase_blocks = append(packed.rows.phase_blocks);
+  packed.layout.strip_blocks = append(packed.rows.block_strips);
+}
+
 void PackStrips(const SceneModel& model, PackedModel& packed) {
   const StripSet& strips = model.strips();
   const auto append = [&packed](const std::vector<uint32_t>& values) {
@@ -199,7 +223,8 @@ void PackTriangles(const SceneModel& model, PackedModel& packed) {
 
 PackedModel PackModel(const SceneModel& model, const ModelUse& use) {
   PackedModel packed;
-  PackConstraints(model, IsResident(model, use.surface != nullptr), packed);
+  const bool is_resident = IsResident(model, use.surface != nullptr);
+  PackConstraints(model, is_resident, packed);
   PackJoints(model, packed);
   packed.layout.masses = Position(packed.words);
   for (const double mass : model.masses_kg()) packed.words.push_back(FloatWord(mass));
@@ -211,6 +236,7 @@ PackedModel PackModel(const SceneModel& model, const ModelUse& use) {
   packed.words.insert(packed.words.end(), model.pins().begin(), model.pins().end());
   PackTethers(model, packed);
   PackStrips(model, packed);
+  if (use.has_strip_rows) PackStripRows(model, is_resident, packed);
   if (use.has_air_forces) PackTriangles(model, packed);
   if (use.surface != nullptr) packed.contacts = PackSurface(*use.surface, packed.words);
   return packed;
@@ -219,7 +245,7 @@ PackedModel PackModel(const SceneModel& model, const ModelUse& use) {
 Result<std::shared_ptr<const DeviceModel>> ModelStore::Acquire(
     std::shared_ptr<const SceneModel> model, const ModelUse& use) {
   const std::tuple key(static_cast<const SceneModel*>(model.get()), use.has_air_forces,
-                       use.surface != nullptr);
+                       use.has_strip_rows, use.surface != nullptr);
   const auto known = models_.find(key);
   if (known != models_.end()) {
     if (std::shared_ptr<const DeviceModel> on_device = known->second.lock()) return on_device;
@@ -237,6 +263,7 @@ Result<std::shared_ptr<const DeviceModel>> ModelStore::Acquire(
   on_device->colour_sizes = SizesOf(model->colour_offsets());
   on_device->joint_colour_sizes = SizesOf(model->joint_colour_offsets());
   on_device->phase_sizes = SizesOf(model->strips().phase_offsets);
+  if (use.has_strip_rows) on_device->phase_blocks = SizesOf(packed.rows.phase_blocks);
   models_[key] = on_device;
   on_device->model = std::move(model);
   return std::shared_ptr<const DeviceModel>(on_device);

@@ -10,6 +10,7 @@
 #include "server/core/status.h"
 #include "server/scene/scene_model.h"
 #include "server/solver/gl_compute/device_arena.h"
+#include "server/solver/gl_compute/strip_rows.h"
 #include "server/solver/self_contact/contact_surface.h"
 #include "shaders/interface/layouts.h"
 #include "shaders/interface/self_contact_record.h"
@@ -19,12 +20,14 @@ namespace drape {
 // What the cloths of a model need of it.
 struct ModelUse {
   bool has_air_forces = false;
+  bool has_strip_rows = false;  // strips are solved from both ends
   // Of a cloth that touches itself, else null. Such a cloth is not resident.
   std::shared_ptr<const ContactSurface> surface{};
 };
 
 struct PackedModel {
   shader::ModelLayout layout{};
+  StripRows rows;                        // only with strip rows
   shader::SelfContactRecord contacts{};  // counts and places in Models; only with a surface
   std::vector<uint32_t> words;
 };
@@ -43,6 +46,7 @@ struct DeviceModel {
   std::vector<uint32_t> colour_sizes{};        // [colour_count] constraints
   std::vector<uint32_t> joint_colour_sizes{};  // [joint_colour_count] joints
   std::vector<uint32_t> phase_sizes{};         // [strips().phase_count()] strips
+  std::vector<uint32_t> phase_blocks{};        // [strips().phase_count()]; only with strip rows
 };
 
 // Every call with the context current. The arena must outlive the models.
@@ -57,8 +61,8 @@ class ModelStore {
 
  private:
   DeviceArena* arena_;
-  // By model, and whether it is packed for air forces and with its surface.
-  std::map<std::tuple<const SceneModel*, bool, bool>, std::weak_ptr<const DeviceModel>> models_;
+  // By model, and whether it is packed for air forces, with strip rows and with its surface.
+  std::map<std::tuple<const SceneModel*, bool, bool, bool>, std::weak_ptr<const DeviceModel>> models_;
 };
 
 }  // namespace drape

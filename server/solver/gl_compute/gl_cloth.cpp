@@ -5,6 +5,7 @@
 
 #include "server/solver/energy_watch.h"
 #include "server/solver/gl_compute/self_contact_words.h"
+#include "server/solver/gl_compute/strip_rows.h"
 #include "server/solver/solver_constants.h"
 #include "shaders/interface/bindings.h"
 
@@ -122,6 +123,7 @@ void SetModel(const GlCloth& cloth, shader::ClothRecord& record) {
   record.hinge_stage_count = cloth.plan.solver.hinge_stages;
   record.hinge_period = cloth.plan.solver.hinge_period;
   record.strip_phase_count = model.strips().phase_count();
+  record.strip_levels = StripLevels(model, !cloth.kernels->variant.is_tiled());
   record.grid_columns = model.grid_columns();
   record.grid_rows = model.grid_rows();
   record.measure_piece_count = MeasurePieceCount(model);

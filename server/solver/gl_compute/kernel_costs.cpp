@@ -97,19 +97,14 @@ uint64_t EliminationPasses(const StripSet& strips, uint32_t local_size) {
   return passes;
 }
 
-// One sweep over the strips from both ends: rounds of as many strips as there are pairs of
-// invocations. One looks for pins in half of the links and, where there are any, solves all of
-// them.
-uint64_t BothEndsPasses(const StripSet& strips, uint32_t local_size) {
-  const uint64_t pairs = std::min(local_size, DRAPE_STRIP_HALVES) / 2;
-  const uint64_t longest = LongestStrip(strips);
-  const uint64_t of_round = 1 + longest / 2 + kLoopEnd + PassesOfStrip(longest);
-  uint64_t passes = strips.phase_count() + kLoopEnd;
-  for (uint32_t phase = 0; phase < strips.phase_count(); ++phase) {
-    const uint64_t strips_of_phase = strips.phase_offsets[phase + 1] - strips.phase_offsets[phase];
-    passes += RoundsFor(strips_of_phase, pairs) * of_round + kLoopEnd;
-  }
-  return passes;
+// One sweep over the strips from both ends (shaders/stages/meet_strips.glsl): each invocation looks
+// for pins in words of 32 rows, takes part in the levels of the reduction, goes through half of a strip or, where there are any, all of it, and
+// back, and through a strip once more where a particle moves too far.
+uint64_t BothEndsPasses(const StripSet& strips) {
+  const uint64_t longest = LongestStrip(strips) + kLoopEnd;
+  constexpr uint64_t kMostLevels = std::bit_width(kMaxStripLinks);
+  const uint64_t pins = longest / 32 + kLoopEnd;
+  return strips.phase_count() * (kMostLevels + 4 * pins + 3 * longest + 1) + kLoopEnd;
 }
 
 // One sweep over the strips by reduction: each round takes a strip per group of lanes,
@@ -129,7 +124,7 @@ uint64_t ReductionPasses(const StripSet& strips, uint32_t lane_count) {
 uint64_t StripPasses(const StripSet& strips, uint32_t local_size, StripSolve strip_solve) {
   const uint64_t elimination = EliminationPasses(strips, local_size);
   if (strip_solve == StripSolve::kElimination) return elimination;
-  if (strip_solve == StripSolve::kFromBothEnds) return BothEndsPasses(strips, local_size);
+  if (strip_solve == StripSolve::kFromBothEnds) return BothEndsPasses(strips);
   const bool has_subgroups = strip_solve == StripSolve::kReduction;
   const uint32_t lane_count = has_subgroups ? local_size : std::min(local_size, DRAPE_SHARED_LANES);
   return std::max(elimination, ReductionPasses(strips, lane_count));

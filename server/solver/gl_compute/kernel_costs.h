@@ -12,7 +12,7 @@ namespace drape {
 
 // Upper bounds on the passes through loops that one invocation of `resident_step` makes. Mesa's
 // llvmpipe leaves every loop for good after 65535 passes per invocation, without an error
-// (server/gl/README.md); on hardware a watchdog stops kernels that run for seconds.
+// (server/gl/drivers.md); on hardware a watchdog stops kernels that run for seconds.
 struct LoopCosts {
   uint64_t sweep = 0;    // one sweep
   uint64_t substep = 0;  // a substep without its sweeps

@@ -8,6 +8,7 @@
 #include "server/solver/gl_compute/local_sizes.h"
 #include "server/solver/gl_compute/regular_strips.h"
 #include "server/solver/gl_compute/self_contact_words.h"
+#include "server/solver/gl_compute/strip_rows.h"
 #include "shaders/interface/bindings.h"
 
 namespace drape {
@@ -71,7 +72,9 @@ Status FitSelfContacts(const SceneModel& model, const DeviceTraits& device,
 StripSolve ChooseStripSolve(const SceneModel& model, uint32_t capacity,
                             const DeviceTraits& device) {
   const StripSet& strips = model.strips();
-  if (device.strip_solve == StripSolve::kFromBothEnds) return device.strip_solve;
+  if (device.strip_solve == StripSolve::kFromBothEnds) {
+    return FitsInRows(strips, capacity) ? device.strip_solve : StripSolve::kElimination;
+  }
   if (LongestStrip(strips) > DRAPE_STRIP_LANES) return StripSolve::kElimination;
   if (device.strip_solve != StripSolve::kReduction) return device.strip_solve;
   DeviceTraits usual = device;
@@ -106,10 +109,14 @@ Status FitLoops(const PlannedCloth& cloth, const DeviceTraits& device, VariantCh
   return Status::Ok();
 }
 
-uint32_t CapacityFor(const PlannedCloth& cloth) {
+// Strips from both ends need so much shared memory that half of it is worth a kernel of its own.
+uint32_t CapacityFor(const PlannedCloth& cloth, const DeviceTraits& device) {
   if (!IsResident(cloth)) return 0;
   const uint32_t particles = cloth.model.particle_count();
-  return particles <= 64 ? 64 : particles <= 256 ? 256 : kMaxResidentParticles;
+  if (particles <= 64) return 64;
+  if (particles <= 256) return 256;
+  const bool has_half = device.strip_solve == StripSolve::kFromBothEnds;
+  return has_half && particles <= 512 ? 512 : kMaxResidentParticles;
 }
 
 void AddColliderTraits(const ClothParameters& parameters, const DeviceTraits& device,
@@ -189,7 +196,7 @@ bool IsResident(const PlannedCloth& cloth) {
 Result<VariantChoice> ChooseVariant(const PlannedCloth& cloth, const DeviceTraits& device) {
   VariantChoice choice;
   KernelVariant& variant = choice.variant;
-  variant.capacity = CapacityFor(cloth);
+  variant.capacity = CapacityFor(cloth, device);
   variant.local_size = LocalSizeFor(variant.capacity, device);
   variant.traits = TraitsOf(cloth, device);
   if (variant.Has(StepStage::kSolveStrips) && !variant.is_tiled()) {
@@ -198,6 +205,15 @@ Result<VariantChoice> ChooseVariant(const PlannedCloth& cloth, const DeviceTrait
   variant.shares_record = device.shares_record && !variant.is_tiled();
   if (IsReduction(variant.strip_solve)) {
     variant.local_size = std::max(variant.local_size, DRAPE_STRIP_LANES);
+  }
+  // An invocation has one link of a phase.
+  if (variant.strip_solve == StripSolve::kFromBothEnds) variant.local_size = variant.capacity;
+  if (variant.Has(StepStage::kSolveStrips) && variant.is_tiled()) {
+    variant.strip_local_size = variant.local_size;
+    if (device.strip_solve == StripSolve::kFromBothEnds) {
+      variant.strip_solve = device.strip_solve;
+      variant.strip_local_size = LeastRows(cloth.model.strips());
+    }
   }
   DRAPE_RETURN_IF_ERROR(FitLoops(cloth, device, choice));
   return choice;

@@ -18,9 +18,11 @@ namespace drape {
 // The specialisation of a kernel: its code has only what the cloth needs. A function of the cloth
 // and the device alone, never of a batch.
 struct KernelVariant {
-  // Particles that fit the shared memory of one work group: 64, 256 or 1024; 0: the tiled plan.
+  // Particles that fit the shared memory of one work group: 64, 256, 512 or 1024; 0: the tiled plan.
   uint32_t capacity = 0;
   uint32_t local_size = 0;  // invocations per work group
+  // Invocations of a work group that solves strips of the tiled plan; else 0.
+  uint32_t strip_local_size = 0;
   // Invocations of the work group that refines a cloth of the tiled plan; else 0.
   uint32_t refine_local_size = 0;
   // Invocations of the work group that takes the self-contacts of a cloth, and the passes through
@@ -50,7 +52,7 @@ struct DeviceTraits {
   uint32_t local_size = 0;         // 0: what suits the device (local_sizes.h)
   uint32_t refine_local_size = 0;  // 0: like local_size
   uint32_t loop_budget = 0;        // passes through loops per dispatch and invocation
-  // The way to solve the strips of resident cloths. By reduction only short ones, and only if that
+  // The way to solve strips, of resident cloths or from both ends. By reduction only short ones, and only if that
   // takes fewer passes (IsReductionShorter).
   StripSolve strip_solve = StripSolve::kElimination;
   // Whether resident kernels keep the record of their cloth in shared memory, where it takes no

@@ -102,11 +102,12 @@ constexpr TiledKernel kTiledKernels[] = {
      .program = &Kernels::tiled_find_self_contacts,
      .local_size = &KernelVariant::contact_local_size},
     {"tiled_begin_sweeps", {kTolerance}, {}, &Kernels::tiled_begin_sweeps},
-    {"tiled_solve_strips",
-     {kSolveStrips},
-     {kTwoSteps, kTolerance, kCompliance, kStartDirections, kRegularStrips, kQuietLinks,
-      kSolveSelfContacts},
-     &Kernels::tiled_solve_strips},
+    {.file = "tiled_solve_strips",
+     .needed_by = {kSolveStrips},
+     .reads = {kTwoSteps, kTolerance, kCompliance, kStartDirections, kRegularStrips, kQuietLinks,
+               kSolveSelfContacts, kPins},
+     .program = &Kernels::tiled_solve_strips,
+     .local_size = &KernelVariant::strip_local_size},
     {"tiled_test_links", {kRefine}, {kTolerance}, &Kernels::tiled_test_links},
     {"tiled_collect_links", {kRefine}, {kTolerance}, &Kernels::tiled_collect_links},
     {.file = "tiled_refine",
@@ -170,6 +171,9 @@ KernelVariant Narrowed(const KernelVariant& variant, const TiledKernel& kernel) 
   }
   KernelVariant narrowed{.local_size = variant.*kernel.local_size,
                          .traits = variant.traits & reads};
+  if (kernel.local_size == &KernelVariant::strip_local_size) {
+    narrowed.strip_solve = variant.strip_solve;
+  }
   if (kernel.local_size == &KernelVariant::contact_local_size) {
     narrowed.contact_loop_budget = variant.contact_loop_budget;
   }

@@ -58,6 +58,7 @@ LargestSizes FindLargest(std::span<const GlCloth* const> cloths) {
       Enlarge(plan.solver.refine_rounds, largest.refine_rounds[last]);
     }
     Enlarge(cloth->model->phase_sizes, largest.phases);
+    Enlarge(cloth->model->phase_blocks, largest.phase_blocks);
     Enlarge(cloth->model->colour_sizes, largest.colours);
     Enlarge(cloth->model->joint_colour_sizes, largest.joint_colours);
   }

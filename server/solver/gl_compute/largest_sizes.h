@@ -39,6 +39,7 @@ struct LargestSizes {
   std::vector<SubstepWork> substeps;
   std::vector<ElasticWork> elastic_families;
   std::vector<uint32_t> phases;         // [phase] strips
+  std::vector<uint32_t> phase_blocks;   // [phase] work groups that solve them from both ends
   std::vector<uint32_t> colours;        // [colour] constraints
   std::vector<uint32_t> joint_colours;  // [colour] joints
   // Most rounds of refinement that follow a sweep of a substep, by {substep, sweep}.

@@ -11,13 +11,14 @@ namespace {
 constexpr DeviceSizes kTable[] = {
     // llvmpipe runs a work group on one core, in vectors of 8 invocations. It switches between
     // several vectors at each barrier, which slows small cloths. Fewer invocations mean longer
-    // loops, and a dispatch may have 65535 passes (server/gl/README.md); so large resident cloths,
+    // loops, and a dispatch may have 65535 passes (server/gl/drivers.md); so large resident cloths,
     // where the difference is a few percent, keep 32. Tiled cloths have no barriers but a cost per
     // work group.
     {.is_software = true,
      .renderer = "",
      .sizes = {.resident_64 = 8,
                .resident_256 = 8,
+               .resident_512 = 32,
                .resident_1024 = 32,
                .tiled = 128,
                .refine = 32,
@@ -31,7 +32,8 @@ constexpr DeviceSizes kTable[] = {
      .renderer = "",
      .sizes = {.resident_64 = 64,
                .resident_256 = 256,
-               .resident_1024 = 256,
+               .resident_512 = 512,
+               .resident_1024 = 1024,
                .tiled = 128,
                .refine = 1024,
                .contacts = 256,
@@ -42,7 +44,9 @@ constexpr DeviceSizes kTable[] = {
 
 uint32_t LocalSizes::ForCapacity(uint32_t capacity) const {
   if (capacity == 0) return tiled;
-  return capacity <= 64 ? resident_64 : capacity <= 256 ? resident_256 : resident_1024;
+  if (capacity <= 64) return resident_64;
+  if (capacity <= 256) return resident_256;
+  return capacity <= 512 ? resident_512 : resident_1024;
 }
 
 std::span<const DeviceSizes> MeasuredLocalSizes() {

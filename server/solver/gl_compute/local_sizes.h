@@ -13,6 +13,7 @@ namespace drape {
 struct LocalSizes {
   uint32_t resident_64 = 0;    // resident cloths of at most 64 particles
   uint32_t resident_256 = 0;   // of at most 256
+  uint32_t resident_512 = 0;   // of at most 512
   uint32_t resident_1024 = 0;  // of at most 1024
   uint32_t tiled = 0;          // the phases of tiled cloths
   uint32_t refine = 0;         // the one work group that refines a tiled cloth

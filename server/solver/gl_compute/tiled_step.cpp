@@ -132,7 +132,7 @@ class TiledStep {
     const uint32_t local_size = kernels_.variant.local_size;
     std::vector<shader::DispatchArgs> args;
     for (uint32_t phase = 0; phase < phase_count_; ++phase) {
-      args.push_back({GroupsFor(largest_.phases[phase], local_size), 0, 1, item_count_});
+      args.push_back({StripGroups(phase), 0, 1, item_count_});
     }
     if (Has(StepStage::kRefine)) {
       args.push_back({GroupsFor(largest_.constraints, local_size), 0, 1, item_count_});
@@ -149,6 +149,14 @@ class TiledStep {
     args.push_back({GroupsFor(largest_.particles, local_size), 0, 1, item_count_});
     args.push_back({1, 0, 1, 1});
     dispatches_.Upload(0, std::as_bytes(std::span(args)));
+  }
+
+  // Work groups per cloth that solve a phase of strips.
+  uint32_t StripGroups(uint32_t phase) const {
+    if (kernels_.variant.strip_solve == StripSolve::kFromBothEnds) {
+      return std::max(1u, largest_.phase_blocks[phase]);
+    }
+    return GroupsFor(largest_.phases[phase], kernels_.variant.local_size);
   }
 
   void Prepare(const gl::Program& kernel, uint32_t substep) {
@@ -306,7 +314,11 @@ class TiledStep {
     strips.SetUniform(DRAPE_UNIFORM_SWEEP, sweep);
     for (uint32_t phase = 0; phase < phase_count_; ++phase) {
       strips.SetUniform(DRAPE_UNIFORM_PHASE, phase);
-      DispatchSweepStage(phase, largest_.phases[phase]);
+      if (Has(Feature::kTolerance)) {
+        DispatchIndirect(phase);
+      } else {
+        Dispatch(StripGroups(phase), item_count_);
+      }
     }
   }
 

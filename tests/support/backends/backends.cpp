@@ -23,7 +23,9 @@ std::vector<std::string> StripBackendNames() {
 }
 
 bool HasReduction(const Backend& backend) {
-  return backend.Describe().device.find("cyclic reduction") != std::string::npos;
+  const std::string device = backend.Describe().device;
+  return device.find("cyclic reduction") != std::string::npos ||
+         device.find("from both ends") != std::string::npos;
 }
 
 std::unique_ptr<Backend> MakeBackend(const std::string& name) {

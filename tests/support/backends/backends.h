@@ -20,7 +20,7 @@ std::vector<std::string> FloatBackendNames();
 // from both ends. For tests of strips.
 std::vector<std::string> StripBackendNames();
 
-// Whether a backend may solve strips by cyclic reduction.
+// Whether a backend may solve strips by cyclic reduction, wholly or, from both ends, at first.
 bool HasReduction(const Backend& backend);
 
 // A new backend on the calling thread: of those above, or "gl_elimination" and "gl_shuffles" (by
