@@ -10,7 +10,7 @@ rm -rf "$work"
 for versions in oldest newest; do
   /usr/bin/python3 -m venv "$work/$versions"
   declare -n packages=$versions
-  "$work/$versions/bin/pip" --disable-pip-version-check install --quiet "${packages[@]}" "$wheel" pytest pillow tqdm
+  "$work/$versions/bin/pip" --disable-pip-version-check install --quiet "${packages[@]}" "$wheel[gym,viewer]" pytest pillow tqdm
   "$work/$versions/bin/pip" --disable-pip-version-check list | grep -E "^(protobuf|grpcio|numpy) "
   (cd "$work" && "$work/$versions/bin/python" -B -m pytest -q "$source/tests/python" --ignore="$source/tests/python/gym" \
     --ignore="$source/tests/python/test_examples.py")

@@ -5,8 +5,8 @@
 
 #include "server/core/clock.h"
 #include "server/session/session_registry.h"
-#include "server/solver/cpu/cpu_backend.h"
 #include "tests/scheduler/fake_backend.h"
+#include "tests/session/cpu_scheduler.h"
 #include "tests/session/session_fixture.h"
 
 namespace drape {
@@ -42,10 +42,7 @@ class EndToEnd : public testing::Test {
   }
 
   SteadyClock clock_;
-  std::unique_ptr<Scheduler> scheduler_ =
-      Scheduler::Start([]() -> Result<std::unique_ptr<Backend>> { return CreateCpuBackend(); }, {},
-                       clock_)
-          .value();
+  std::unique_ptr<Scheduler> scheduler_ = StartCpuScheduler(clock_);
   SessionRegistry registry_{*scheduler_, {}, clock_, "test"};
 };
 

@@ -43,8 +43,9 @@ def algorithm(cluster):
 
 
 def servers():
-    """Processes of servers that this test's processes started."""
-    return [one for one in psutil.Process().children(recursive=True) if one.name() == "draped"]
+    """Processes of servers that Ray's processes started. Those of this process belong to other tests."""
+    return [one for one in psutil.Process().children(recursive=True)
+            if one.name() == "draped" and one.ppid() != os.getpid()]
 
 
 def the_servers(count):

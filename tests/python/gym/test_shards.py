@@ -25,7 +25,7 @@ def cluster():
 
 
 def make(task=None, **arguments):
-    """Two shards on two nodes, once those of the test before have given back their processors."""
+    """Two shards, each on a node of its own: it takes the node's processor, once the test before has given it back."""
     import ray
     from drape.gym import DropFlat
     from drape.gym.shards import ShardedVectorEnv
@@ -34,7 +34,7 @@ def make(task=None, **arguments):
     while ray.available_resources().get("CPU", 0) < 2:
         assert time.monotonic() < end, ray.available_resources()
         time.sleep(0.05)
-    return ShardedVectorEnv(task or DropFlat, ENVS, shards=2, num_cpus=0.5, backend="cpu", **arguments)
+    return ShardedVectorEnv(task or DropFlat, ENVS, shards=2, num_cpus=1, backend="cpu", **arguments)
 
 
 def actions(seed=3):
@@ -93,13 +93,13 @@ def test_what_is_killed_goes_on_with_the_same_bits(cluster, undisturbed, victim)
         elif victim == "actor":
             os.kill(env.places()[1]["pid"], signal.SIGKILL)
         else:
-            cluster.remove_node(cluster.list_all_nodes()[1], allow_graceful=False)
+            _, node = cluster.list_all_nodes()  # the first one is the head
+            cluster.add_node(num_cpus=1)
+            cluster.remove_node(node, allow_graceful=False)
 
     assert equal(play(env, disturb), undisturbed)
     assert env.recoveries >= 1 and env.replayed >= 4
     env.close()
-    if victim == "node":
-        cluster.add_node(num_cpus=1)
 
 
 def test_a_shard_that_is_lost_before_its_first_answer_is_made_again(cluster, undisturbed, tmp_path):
