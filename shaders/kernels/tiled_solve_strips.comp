@@ -6,9 +6,11 @@
 #include "stages/sweep_end.glsl"
 // Each file is included once, so those under a condition come last.
 #ifdef HAS_STRIP_HALVES
-#define STRIP_ROWS LOCAL_SIZE
 // One of the kernels of the tiled plan that have phases of their own, in shared memory alone.
-void PhaseBarrier() { barrier(); }
+void PhaseBarrier() {
+  memoryBarrierShared();
+  barrier();
+}
 #include "stages/meet_strips.glsl"
 #endif
 

@@ -4,10 +4,7 @@
 
 #include "stages/buffers.glsl"
 
-// An invocation has one particle at most, of which it may keep what no other one reads.
-#if LOCAL_SIZE >= CAPACITY
-#define OWNS_PARTICLE
-#endif
+// With OWNS_PARTICLE an invocation has one particle at most, of which it may keep what no other one reads.
 
 // Each element once: an invocation takes every LOCAL_SIZE-th.
 #define FOR_EACH(index, begin, end) \
@@ -59,9 +56,9 @@ bool IsFlagged(uint i) { return (shared_flags[i >> 5] >> (i & 31u) & 1u) != 0u; 
 uint sweep_flag = 0u;
 
 // The barrier rule of the resident plan: one phase (a set of invocations none of which reads what another
-// writes) ends with exactly this call, in uniform control flow. barrier() alone orders shared memory; NVIDIA's
-// compiler waits longer where memoryBarrierShared() is there, too.
+// writes) ends with exactly this call, in uniform control flow.
 void PhaseBarrier() {
+  memoryBarrierShared();
   barrier();
 }
 

@@ -1,7 +1,8 @@
 // Stage `solve_strips` from both ends (server/solver/method.md, "solve_strips"), by a work group: each invocation
 // linearises a link; cyclic reduction divides long strips into systems of every 2^n-th link, and solves those that
 // meet pins; two invocations per system eliminate its rows from its ends towards the middle and substitute back; each
-// applies the impulse of its link. So only few pivots are found one after the other. Needs the accessors of one plan, StripEnds and STRIP_ROWS.
+// applies the impulse of its link. So only few pivots are found one after the other. Needs the accessors of one plan,
+// StripEnds and STRIP_ROWS.
 #include "lib/strip_reduction.glsl"
 #include "stages/solve_strips.glsl"
 

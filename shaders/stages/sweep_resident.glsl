@@ -17,7 +17,6 @@
 #include "stages/reduce_strips.glsl"
 #endif
 #ifdef HAS_STRIP_HALVES
-#define STRIP_ROWS CAPACITY
 #include "stages/meet_strips.glsl"
 #endif
 

@@ -44,7 +44,7 @@ TEST(KernelVariantTest, LocalSizeFollowsTheDevice) {
   EXPECT_EQ(VariantOf(*GridModel(8, 8), {}, kSoftware).local_size, 8u);
   EXPECT_EQ(VariantOf(*GridModel(16, 16), {}, kSoftware).local_size, 8u);
   EXPECT_EQ(VariantOf(*GridModel(64, 64), {}, kSoftware).local_size, 128u);
-  EXPECT_EQ(VariantOf(*model, {}, kHardware).local_size, 256u);
+  EXPECT_EQ(VariantOf(*model, {}, kHardware).local_size, 1024u);
   EXPECT_EQ(VariantOf(*GridModel(8, 8), {}, kHardware).local_size, 64u);
   DeviceTraits chosen = kHardware;
   chosen.local_size = 16;

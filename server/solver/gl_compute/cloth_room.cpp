@@ -65,11 +65,10 @@ Result<ClothRoom> RoomMaker::Make(const std::shared_ptr<const SceneModel>& model
                                   size_t cloth_count) {
   const PlannedCloth cloth = PlanOnDevice(*model, parameters, lengths);
   const bool touches_itself = cloth.plan.Has(StepStage::kFindSelfContacts);
-  Result<std::shared_ptr<const DeviceModel>> on_device =
-      models_.Acquire(model, {.has_air_forces = cloth.plan.Has(StepStage::kApplyWind),
-                              .has_strip_rows =
-                                  device_.traits.strip_solve == StripSolve::kFromBothEnds,
-                              .surface = touches_itself ? surfaces_.Get(model) : nullptr});
+  Result<std::shared_ptr<const DeviceModel>> on_device = models_.Acquire(
+      model, {.has_air_forces = cloth.plan.Has(StepStage::kApplyWind),
+              .has_strip_rows = device_.traits.strip_solve == StripSolve::kFromBothEnds,
+              .surface = touches_itself ? surfaces_.Get(model) : nullptr});
   if (!on_device.ok()) return on_device.status();
   const uint32_t pair_capacity =
       touches_itself ? device_.first_pairs_per_particle * model->particle_count() : 0;

@@ -62,7 +62,8 @@ class ModelStore {
  private:
   DeviceArena* arena_;
   // By model, and whether it is packed for air forces, with strip rows and with its surface.
-  std::map<std::tuple<const SceneModel*, bool, bool, bool>, std::weak_ptr<const DeviceModel>> models_;
+  std::map<std::tuple<const SceneModel*, bool, bool, bool>, std::weak_ptr<const DeviceModel>>
+      models_;
 };
 
 }  // namespace drape

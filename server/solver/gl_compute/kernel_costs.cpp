@@ -98,8 +98,8 @@ uint64_t EliminationPasses(const StripSet& strips, uint32_t local_size) {
 }
 
 // One sweep over the strips from both ends (shaders/stages/meet_strips.glsl): each invocation looks
-// for pins in words of 32 rows, takes part in the levels of the reduction, goes through half of a strip or, where there are any, all of it, and
-// back, and through a strip once more where a particle moves too far.
+// for pins in words of 32 rows, takes part in the levels of the reduction, goes through half of a
+// strip and back, and through a strip where a particle moves too far.
 uint64_t BothEndsPasses(const StripSet& strips) {
   const uint64_t longest = LongestStrip(strips) + kLoopEnd;
   constexpr uint64_t kMostLevels = std::bit_width(kMaxStripLinks);

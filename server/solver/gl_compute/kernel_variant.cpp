@@ -170,9 +170,13 @@ std::string KernelVariant::Defines() const {
          << "#define HAS_SUBGROUPS\n";
   }
   if (IsReduction(strip_solve)) text << "#define HAS_STRIP_REDUCTION\n";
-  if (strip_solve == StripSolve::kFromBothEnds) text << "#define HAS_STRIP_HALVES\n";
+  if (strip_solve == StripSolve::kFromBothEnds) {
+    text << "#define HAS_STRIP_HALVES\n"
+         << "#define STRIP_ROWS " << (is_tiled() ? local_size : capacity) << "\n";
+  }
   if (shares_record) text << "#define SHARES_RECORD\n";
   if (!is_tiled()) text << "#define CAPACITY " << capacity << "\n";
+  if (!is_tiled() && local_size >= capacity) text << "#define OWNS_PARTICLE\n";
   text << "#define LOCAL_SIZE " << local_size << "\n";
   if (contact_loop_budget > 0)
     text << "#define CONTACT_LOOP_BUDGET " << contact_loop_budget << "u\n";

@@ -18,7 +18,8 @@ namespace drape {
 // The specialisation of a kernel: its code has only what the cloth needs. A function of the cloth
 // and the device alone, never of a batch.
 struct KernelVariant {
-  // Particles that fit the shared memory of one work group: 64, 256, 512 or 1024; 0: the tiled plan.
+  // Particles that fit the shared memory of one work group: 64, 256, 512 or 1024; 0: the tiled
+  // plan.
   uint32_t capacity = 0;
   uint32_t local_size = 0;  // invocations per work group
   // Invocations of a work group that solves strips of the tiled plan; else 0.
@@ -52,8 +53,8 @@ struct DeviceTraits {
   uint32_t local_size = 0;         // 0: what suits the device (local_sizes.h)
   uint32_t refine_local_size = 0;  // 0: like local_size
   uint32_t loop_budget = 0;        // passes through loops per dispatch and invocation
-  // The way to solve strips, of resident cloths or from both ends. By reduction only short ones, and only if that
-  // takes fewer passes (IsReductionShorter).
+  // The way to solve strips, of resident cloths or from both ends. By reduction only short ones,
+  // and only if that takes fewer passes (IsReductionShorter).
   StripSolve strip_solve = StripSolve::kElimination;
   // Whether resident kernels keep the record of their cloth in shared memory, where it takes no
   // registers.

@@ -24,10 +24,11 @@ constexpr DeviceSizes kTable[] = {
                .refine = 32,
                .contacts = 32,
                .general = 32}},
-    // Not measured yet: enough invocations for the largest colours of such cloths, few enough for
-    // several groups per multiprocessor. `drape_bench speed --parts=local_sizes` measures them,
-    // also as a part of tests/bench/gpu_round.sh; a device that wants others gets a row of its own
-    // above.
+    // One per particle in resident cloths: on an H200 a multiprocessor runs one group of a large
+    // cloth at a time, for want of shared memory (server/gl/drivers.md), so that each stage needs
+    // many invocations to hide its latencies. Those of tiled cloths make no difference there
+    // (tests/bench/results/h200). `drape_bench speed --parts=local_sizes` measures them, also as a
+    // part of tests/bench/gpu_round.sh; a device that wants others gets a row of its own above.
     {.is_software = false,
      .renderer = "",
      .sizes = {.resident_64 = 64,

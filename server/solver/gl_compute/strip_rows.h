@@ -1,4 +1,5 @@
-// How strips that are solved from both ends are spread over work groups (shaders/stages/meet_strips.glsl).
+// How strips that are solved from both ends are spread over work groups
+// (shaders/stages/meet_strips.glsl).
 #pragma once
 
 #include <cstdint>
