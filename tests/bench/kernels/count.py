@@ -160,8 +160,11 @@ def count_stages(source, disassembly, sizes):
 
 def complete(sizes, local_size):
     """Sizes that follow from others."""
-    particles = sizes["particle_count"]
-    return dict(sizes, local_size=local_size,
+    particles, links = sizes["particle_count"], sizes["links_per_strip"]
+    levels = 0  # as StripLevels, where there are invocations enough
+    while links >> levels > 16:
+        levels += 1
+    return dict(sizes, local_size=local_size, strip_levels=levels, strip_all_levels=(max(links, 1) - 1).bit_length(),
                 particles_per_line=max(sizes["grid_columns"], sizes["grid_rows"]),
                 lines_per_family=max(sizes["grid_columns"], sizes["grid_rows"]),
                 triangles_per_particle=math.ceil(3 * sizes["triangle_count"] / particles),
@@ -176,7 +179,6 @@ def count(compiler, program, glsl, arch):
     row["groups"], row["limited_by"] = gpus.groups_per_multiprocessor(arch, program["local_size"], row["registers"],
                                                                       row["shared_bytes"])
     sizes = complete(program["sizes"], program["local_size"])
-    sizes["strip_ends"] = 2 if program["strips"] == "both_ends" else 1
     disassembly = compiler.disassembled(cubin)
     if program["kernel"] == "resident_step":
         stages, row["instructions"] = count_stages(Source(cuda), disassembly, sizes)

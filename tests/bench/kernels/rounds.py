@@ -14,14 +14,17 @@ TWIST_PERIOD = 4  # substeps (solver/substep_schedule.h)
 # Loops that are no plain count: (function, part of the head) -> an expression in the sizes of dump.cpp.
 ROUNDS = {
     ("RunSubsteps", "progress"): "1",  # what is counted is one substep
-    ("Solve", "progress.sweep"): "max_iterations",
+    ("Solve", "outcome"): "max_iterations",
     ("SolveStrips", "phase"): "strip_phase_count",
     ("ReduceStrips", "round"): "ceil(strips_per_phase / (local_size / 32))",
-    # From both ends, two invocations have half of the links each.
-    ("EliminateStrip", "k"): "ceil(links_per_strip / strip_ends)",
-    ("ApplyImpulses", "k"): "ceil(links_per_strip / strip_ends)",
-    ("MeetStrips", "round"): "ceil(strips_per_phase / (min(local_size, 64) / 2))",
-    ("HasPinAfter", "k"): "ceil(links_per_strip / 2)",
+    ("EliminateStrip", "k"): "links_per_strip",
+    ("ApplyImpulses", "k"): "links_per_strip",
+    # From both ends: two invocations per system; of two phases one has a strip that meets pins, which takes all levels.
+    ("ReduceRows", "level"): "(strip_levels + strip_all_levels) / 2",
+    ("EliminateRows", "left"): "ceil(links_per_strip / 2 ** (strip_levels + 1))",
+    ("SubstituteBack", "left"): "ceil(links_per_strip / 2 ** (strip_levels + 1))",
+    ("FirstPin", "row"): "1",
+    ("RemoveExcess", "k"): "links_per_strip",
     ("SolveStrip", "do"): "1",  # more only where impulses are cut
     ("TetherParticle", "t"): "tethers_per_particle",
     ("Refine", "k"): "1",
@@ -54,8 +57,8 @@ LISTS = {
 }
 
 
-# What only the warps run that have strips, of those that run MeetStrips.
-OF_HALVES = {"HasPinAfter", "EliminateStrip", "ApplyImpulses", "StoreMeeting", "LoadMeeting", "MeetingImpulses"}
+# What only the warps run that have systems, of those that run MeetStrips.
+OF_HALVES = {"EliminateRows", "MeetingImpulse", "SubstituteBack"}
 RARE = {"RemoveExcess"}
 
 
@@ -66,7 +69,7 @@ def warps_of(chain, sizes):
         return 0
     if "MeetStrips" not in chain or not OF_HALVES.intersection(chain):
         return warps
-    return min(warps, math.ceil(2 * min(sizes["strips_per_phase"], 32) / 32))
+    return min(warps, math.ceil(2 * sizes["strips_per_phase"] * 2 ** sizes["strip_levels"] / 32))
 
 
 def evaluate(text, sizes):

@@ -4,6 +4,7 @@
 #include <chrono>
 #include <cstddef>
 #include <stdexcept>
+#include <string>
 
 #include "server/gl/buffer.h"
 #include "server/gl/context.h"
@@ -63,6 +64,28 @@ void main() {
 }
 )";
 
+// A group of 64 that does nothing but add one number after the other, with so many words of shared
+// memory.
+std::string Waiting(uint32_t words) {
+  return R"(#version 450
+layout(local_size_x = 64) in;
+layout(std430, binding = 1) writeonly buffer To { float to[]; };
+shared float values[)" +
+         std::to_string(words) + R"(];
+void main() {
+  uint i = gl_LocalInvocationID.x;
+  float a = float(i);
+  values[i] = a;
+  barrier();
+  for (uint k = 0u; k < 20000u; ++k) a = a * 0.5 + 1.0;
+  values[(i * 7u) % )" +
+         std::to_string(words) + R"(u] = a;
+  barrier();
+  to[i] = values[i];
+}
+)";
+}
+
 template <class Value>
 Value Must(Result<Value> result) {
   if (!result.ok()) throw std::runtime_error("limits of gl: " + result.status().ToString());
@@ -94,6 +117,22 @@ double TimeDispatch_s(const gl::Program& program, uint32_t groups, double second
   return best_s / count;
 }
 
+// Groups that run at the same time, by their shared memory: what a resident cloth shares a
+// multiprocessor with.
+void AddGroupsAtOnce(const gl::Context& context, double seconds, GlLimits& limits) {
+  constexpr uint32_t kGroups = 8192;
+  for (const uint32_t kibibytes : {2u, 8u, 12u, 16u, 24u, 32u, 48u}) {
+    if (static_cast<int64_t>(kibibytes) * 1024 > context.limits().shared_memory_bytes) continue;
+    const std::string text = Waiting(kibibytes * 1024 / sizeof(float));
+    const gl::Program waiting = Compile("waiting", text.c_str());
+    const double one_s = TimeDispatch_s(waiting, 1, seconds);
+    const double all_s = TimeDispatch_s(waiting, kGroups, seconds);
+    limits.rates.push_back(
+        {"work groups at once, each with " + std::to_string(kibibytes) + " KiB of shared memory", 0,
+         kGroups * one_s / all_s, "group"});
+  }
+}
+
 }  // namespace
 
 GlLimits MeasureGlLimits(double seconds, bool quick) {
@@ -120,6 +159,8 @@ GlLimits MeasureGlLimits(double seconds, bool quick) {
   const double shared_s = TimeDispatch_s(Compile("shared", kShared), groups, seconds);
   limits.rates.push_back(
       {"shared memory", 0, invocations * kSharedBytesPerInvocation / shared_s, "byte"});
+  // On a software device the answer is its threads.
+  if (!context->is_software()) AddGroupsAtOnce(*context, seconds, limits);
   return limits;
 }
 

@@ -8,10 +8,10 @@
 namespace drape::bench {
 
 struct GlRate {
-  std::string limit;      // "copy", "fused multiply-add", "shared memory"
+  std::string limit;  // "copy", "fused multiply-add", "shared memory", "work groups at once, ..."
   double size_bytes = 0;  // of both buffers; of the copy only
   double rate = 0;        // per second
-  std::string unit;       // "byte", "flop"
+  std::string unit;       // "byte", "flop"; "group": their number, not a rate
 };
 
 struct GlLimits {
