@@ -183,12 +183,23 @@ uint32_t Mix(TrafficHistory& history) {
       const auto has_gone_on = [&](const Mark& mark) {
         return former.contains(mark) && photo.at(mark).step > former.at(mark).step + kMostSteps;
       };
+      // Only a worker that did something before that start, and after it or never again, knows it.
+      const auto knows = [&](uint32_t worker) {
+        const std::vector<Epoch>& epochs = history.workers[worker - 1].epochs;
+        if (epochs.empty() || epochs.front().incarnation == history.runs[k + 1].incarnation) {
+          return false;
+        }
+        const bool is_last = k + 2 == history.runs.size();
+        return is_last || std::ranges::any_of(epochs, [&](const Epoch& epoch) {
+                 return epoch.incarnation == history.runs[k + 1].incarnation;
+               });
+      };
       for (auto& [mark, seen] : photo) {
         const auto is_company = [&](const auto& entry) {
           return entry.first.worker == mark.worker && entry.first != mark &&
                  has_gone_on(entry.first);
         };
-        if (mark.worker == 0 || !has_gone_on(mark)) continue;
+        if (mark.worker == 0 || !has_gone_on(mark) || !knows(mark.worker)) continue;
         if (std::ranges::none_of(photo, is_company)) continue;
         seen = former.at(mark);
         return mark.worker;
