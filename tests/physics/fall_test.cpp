@@ -1,5 +1,5 @@
 // Sheets that fall from far onto what has friction come to lie with the lengths that they should
-// have: friction holds no strain of the impact, but that of single links over an edge.
+// have: friction holds no strain of the impact.
 #include <cmath>
 #include <cstdio>
 #include <random>
@@ -11,10 +11,6 @@ namespace drape::test {
 namespace {
 
 using Eigen::Vector3d;
-
-bool IsBox(uint32_t seed) {
-  return seed % 2 == 1;
-}
 
 // A square sheet of 1 m, turned a little, 5 to 30 m above a ball or a box over a floor.
 Scene RandomFall(uint32_t seed) {
@@ -33,8 +29,8 @@ Scene RandomFall(uint32_t seed) {
   parameters.friction_dynamic = parameters.friction_static * between(0.4, 1);
   parameters.thickness_m = 0.005;
   parameters.damping_per_s = 0.5;
-  const Collider solid = IsBox(seed) ? BoxAt(Vector3d::Zero(), Vector3d(0.25, 0.25, 0.25))
-                                     : SphereAt(Vector3d::Zero(), 0.3);
+  const Collider solid = seed % 2 == 0 ? SphereAt(Vector3d::Zero(), 0.3)
+                                       : BoxAt(Vector3d::Zero(), Vector3d(0.25, 0.25, 0.25));
   parameters.colliders = {solid, PlaneThrough(Vector3d(0, -0.6, 0), Vector3d::UnitY())};
   return scene;
 }
@@ -55,16 +51,16 @@ class Fall : public PresetTest {
   }
 
   // 1 %, the promise of REALTIME for cloths that hang by points. What friction can hold of a link
-  // of l by the weight of its ends is 2 mu g h^2 / l of strain, here at most 0.03 %. A link over an
-  // edge of the box is another matter: its own tension presses its ends against the two faces, and
-  // friction grows with it, so that no strain is too large to be held. Those are few.
+  // of l by the weight of its ends is 2 mu g h^2 / l of strain, here at most 0.03 %. Links over an
+  // edge of a box may exceed that, because their own tension presses their ends against the faces:
+  // a fault of ours, which the long cases show (server/solver/presets.md).
   void ExpectNoStrain(uint32_t first_seed, uint32_t count) {
     for (uint32_t seed = first_seed; seed < first_seed + count; ++seed) {
       const Measurements measured = AtRest(seed);
       std::printf("[ MEASURED ] strain after fall %u, %s on %s: %.3f %%, RMS %.3f %%\n", seed,
                   std::string(PresetName(preset())).c_str(), backend_name().c_str(),
                   1e2 * measured.max_strain, 1e2 * measured.rms_strain);
-      EXPECT_LE(IsBox(seed) ? measured.rms_strain : measured.max_strain, 0.01) << "seed " << seed;
+      EXPECT_LE(measured.max_strain, 0.01) << "seed " << seed;
     }
   }
 };

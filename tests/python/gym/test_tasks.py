@@ -38,20 +38,18 @@ def test_the_scripted_policy_reaches_its_score(client, task, policy, mean, least
     assert scores.max() <= 1 + 1e-6
 
 
-# Hang ends in 24 actions, of which the pickers are open in the last 6 in any case. Flatten begins with a heap, whose
-# last digits decide how it lies. Measured by hand: of 80 starts five ended below 0.7 and 69 above 0.9, others each time
-# that rounding changed. Half of four below 0.8 is then a matter of 1 % of such changes; the least one has no bound.
-@pytest.mark.parametrize("task, policy, of_all, score, least, actions, side", [
-    (FoldHalf, scripted.fold, np.mean, 0.90, 0.87, 23, 16),
-    (Flatten, scripted.spread, np.median, 0.80, -np.inf, 38, 12),
-    (Hang, scripted.hang, np.mean, 0.90, 0.85, 25, 16),
+# Hang ends in 24 actions, of which the pickers are open in the last 6 in any case.
+@pytest.mark.parametrize("task, policy, mean, least, actions, side", [
+    (FoldHalf, scripted.fold, 0.90, 0.87, 23, 16),
+    (Flatten, scripted.spread, 0.95, 0.80, 38, 12),
+    (Hang, scripted.hang, 0.90, 0.85, 25, 16),
 ])
 @pytest.mark.parametrize("is_long", [False, pytest.param(True, marks=pytest.mark.full)])
-def test_tasks_of_sheets_that_touch_themselves_too(client, task, policy, of_all, score, least, actions, side, is_long):
+def test_tasks_of_sheets_that_touch_themselves_too(client, task, policy, mean, least, actions, side, is_long):
     """In the short tier with fewer particles and actions."""
     scores = (play(task, policy, client) if is_long
               else play(task, policy, client, num=2, side=side, max_episode_steps=actions))
-    assert of_all(scores) >= score and scores.min() >= least, scores.round(3)
+    assert scores.mean() >= mean and scores.min() >= least, scores.round(3)
     assert scores.max() <= 1 + 1e-6
 
 
