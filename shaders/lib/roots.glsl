@@ -1,7 +1,7 @@
 // Roots and quotients. GLSL lets drivers round them by up to 2.5 ulp, and hardware does: then a link of its exact length
-// has an error, and programs differ in how a compiler joins a root with a division. CORRECTS_ROOTS: steps of Newton's
-// method whose remainder is exact (fma) round them correctly, but for very few that are nearly halfway between two
-// numbers. Software renderers are exact. INJECTS_ROOT_ERRORS, for tests: off by -1 to +2 ulp before that.
+// has an error, and programs differ in how a compiler joins a root with a division. CORRECTS_ROOTS: a step of Newton's
+// method whose remainder is exact (fma) rounds them correctly; of roots all but very few that are nearly halfway between
+// two numbers. Software renderers are exact. INJECTS_ROOT_ERRORS, for tests: off by -1 to +2 ulp before that.
 #ifndef DRAPE_LIB_ROOTS_GLSL_
 #define DRAPE_LIB_ROOTS_GLSL_
 
@@ -41,11 +41,12 @@ float Quotient(float a, float b) {
 #ifdef CORRECTS_ROOTS
   precise float inverse = AsDriversRound(1.0 / b);
   precise float quotient = a * inverse;
-  // The reciprocals of many simple numbers, such as 4/3, are nearly halfway: they need the better inverse.
-  float better = MultiplyAdd(MultiplyAdd(-inverse, b, 1.0), inverse, inverse);
-  precise float better_quotient = a * better;
-  float corrected = MultiplyAdd(MultiplyAdd(-better_quotient, b, a), better, better_quotient);
-  return abs(quotient) < 1e38 ? corrected : quotient;
+  float corrected = MultiplyAdd(MultiplyAdd(-quotient, b, a), inverse, quotient);
+  // Nearly halfway between two numbers the step may end below the nearest one: so for 1 / (1 - 2^-24), which pivots
+  // often are.
+  float above = uintBitsToFloat(floatBitsToUint(corrected) + 1u);
+  bool is_above = abs(MultiplyAdd(-above, b, a)) < abs(MultiplyAdd(-corrected, b, a));
+  return abs(quotient) < 1e38 ? (is_above ? above : corrected) : quotient;
 #else
   precise float quotient = AsDriversRound(a / b);
   return quotient;

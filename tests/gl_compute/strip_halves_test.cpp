@@ -60,18 +60,20 @@ TEST(SharedRecordTest, ItChangesNoBit) {
 }
 
 // Off by -1 to +2 ulp, as on hardware, roots and quotients of the solver give the bits of exact
-// ones. By elimination: where strips are reduced, the last digits differ (server/solver/gl_compute/
-// design.md).
+// ones, however strips are solved.
 TEST(RootsTest, CorrectedOnesDoNotDependOnTheDriver) {
-  constexpr auto kElimination = StripSolve::kElimination;
-  const std::unique_ptr<Backend> exact = MakeGlBackend({.strip_solve = kElimination});
-  const std::unique_ptr<Backend> inexact = MakeGlBackend(
-      {.strip_solve = kElimination, .correct_roots = false, .inject_root_errors = true});
-  const std::unique_ptr<Backend> corrected = MakeGlBackend(
-      {.strip_solve = kElimination, .correct_roots = true, .inject_root_errors = true});
-  const std::vector<float> expected = ThrownAboutSheet(*exact, 11, 7);
-  EXPECT_NE(ThrownAboutSheet(*inexact, 11, 7), expected) << "no errors";
-  EXPECT_EQ(ThrownAboutSheet(*corrected, 11, 7), expected);
+  for (const StripSolve how : {kFromBothEnds, StripSolve::kReductionWithBarriers}) {
+    const std::unique_ptr<Backend> exact = MakeGlBackend({.strip_solve = how});
+    const std::unique_ptr<Backend> inexact = MakeGlBackend(
+        {.strip_solve = how, .correct_roots = false, .inject_root_errors = true});
+    const std::unique_ptr<Backend> corrected =
+        MakeGlBackend({.strip_solve = how, .correct_roots = true, .inject_root_errors = true});
+    for (const auto& [columns, rows] : {std::pair{11u, 7u}, {4u, 9u}}) {
+      const std::vector<float> expected = ThrownAboutSheet(*exact, columns, rows);
+      EXPECT_NE(ThrownAboutSheet(*inexact, columns, rows), expected) << "no errors";
+      EXPECT_EQ(ThrownAboutSheet(*corrected, columns, rows), expected);
+    }
+  }
 }
 
 }  // namespace
