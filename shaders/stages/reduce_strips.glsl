@@ -43,7 +43,7 @@ StripRow LoadRow(LaneLink mine, bool has_next) {
   float from_after = 0.0;
   if (Lane() > 0u) from_before = StripCoupling(direction_before, n_end, InverseMass(mine.from));
   if (has_next) from_after = StripCoupling(direction_after, n_end, InverseMass(mine.to));
-  precise float right_side = -mine.link.error.residual * substep.inverse_interval;
+  float right_side = StripRightSide(mine.link.error.residual, substep.inverse_interval);
   return FirstRow(mine.link.diagonal, from_before, from_after, right_side);
 }
 

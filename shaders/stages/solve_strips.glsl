@@ -175,11 +175,12 @@ EliminatedStrip EliminateStrip(Strip strip, bool is_first_sweep) {
 
 // The square of the ratio of a change of velocity [m/s] to the one that moves by MAX_STRIP_MOVE lengths [m] of a
 // link.
-float MoveRatioSq(vec3 change, float rest_length) {
+float MoveLimitSq(float rest_length) {
   precise float limit = rest_length * (MAX_STRIP_MOVE * substep.inverse_interval);
   precise float limit_sq = limit * limit;
-  return Quotient(Dot(change, change), limit_sq);
+  return limit_sq;
 }
+float MoveRatioSq(vec3 change, float rest_length) { return Quotient(Dot(change, change), MoveLimitSq(rest_length)); }
 
 // The share of the impulses that makes the largest move as large as it may be.
 float ShareOfMove(float largest_ratio_sq) {

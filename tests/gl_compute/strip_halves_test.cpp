@@ -64,8 +64,8 @@ TEST(SharedRecordTest, ItChangesNoBit) {
 TEST(RootsTest, CorrectedOnesDoNotDependOnTheDriver) {
   for (const StripSolve how : {kFromBothEnds, StripSolve::kReductionWithBarriers}) {
     const std::unique_ptr<Backend> exact = MakeGlBackend({.strip_solve = how});
-    const std::unique_ptr<Backend> inexact = MakeGlBackend(
-        {.strip_solve = how, .correct_roots = false, .inject_root_errors = true});
+    const std::unique_ptr<Backend> inexact =
+        MakeGlBackend({.strip_solve = how, .correct_roots = false, .inject_root_errors = true});
     const std::unique_ptr<Backend> corrected =
         MakeGlBackend({.strip_solve = how, .correct_roots = true, .inject_root_errors = true});
     for (const auto& [columns, rows] : {std::pair{11u, 7u}, {4u, 9u}}) {

@@ -4,7 +4,7 @@
 set -euo pipefail
 source=$1 work=$2
 wheel=$(ls "$source"/build/wheels/drape_sim-*.whl) || { echo "./run wheels comes first" >&2; exit 1; }
-oldest=(protobuf==4.25.8 grpcio==1.60.2 googleapis-common-protos==1.62.0 numpy==1.26.4)
+oldest=(protobuf==4.25.8 grpcio==1.85.3 googleapis-common-protos==1.62.0 numpy==1.26.4)
 newest=(protobuf grpcio googleapis-common-protos numpy)
 rm -rf "$work"
 for versions in oldest newest; do

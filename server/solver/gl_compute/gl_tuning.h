@@ -18,7 +18,8 @@ namespace drape {
 struct GlTuning {
   // Largest size of any one device array [bytes]; 0: the device's limit.
   int64_t max_array_bytes = 0;
-  // Invocations per work group, a power of two; 0: what suits the device.
+  // Invocations per work group, a power of two; 0: what suits the device. Where strips are solved
+  // from both ends, resident kernels and those of strips have as many as they have rows.
   uint32_t local_size = 0;
   // Invocations of the work group that refines a tiled cloth; 0: like local_size.
   uint32_t refine_local_size = 0;

@@ -26,8 +26,9 @@ constexpr DeviceSizes kTable[] = {
                .general = 32}},
     // One per particle in resident cloths: on an H200 a multiprocessor runs one group of a large
     // cloth at a time, for want of shared memory (server/gl/drivers.md), so that each stage needs
-    // many invocations to hide its latencies. Those of tiled cloths make no difference there
-    // (tests/bench/results/h200). `drape_bench speed --parts=local_sizes` measures them, also as a
+    // many invocations to hide its latencies (tests/bench/results/h200). Those of tiled cloths are
+    // not measured since strips have work groups of their own. `drape_bench speed
+    // --parts=local_sizes` measures them, also as a
     // part of tests/bench/gpu_round.sh; a device that wants others gets a row of its own above.
     {.is_software = false,
      .renderer = "",

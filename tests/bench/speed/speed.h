@@ -107,8 +107,9 @@ struct LocalSizesOptions {
   // most comes first.
   std::vector<LocalSizesLoad> software_loads = {{256, 16}, {64, 64},  {16, 256}, {8, 1024},
                                                 {1, 1024}, {1, 4096}, {4, 4096}};
-  std::vector<LocalSizesLoad> hardware_loads = {{1024, 1024}, {1, 65536}, {4096, 256}, {16384, 64},
-                                                {16384, 16},  {1, 1024},  {64, 4096}};
+  std::vector<LocalSizesLoad> hardware_loads = {{1, 1024},   {1024, 1024}, {4096, 1024},
+                                                {1, 65536},  {1, 262144},  {4096, 256},
+                                                {16384, 64}, {16384, 16},  {64, 4096}};
   std::vector<uint32_t> sizes = {8, 16, 32, 64, 128, 256, 512, 1024};
   std::vector<uint32_t> packed_sides = {4, 6, 8};  // particles along a side of the packed sheets
   std::vector<uint32_t> sheets_per_group = {1, 2, 4, 8};
