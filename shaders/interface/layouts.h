@@ -39,9 +39,9 @@ struct ModelLayout {
   uint strip_particles;    // [constraint_count + strip_count] uint
   uint strip_lengths;      // [constraint_count] float [m], in the order of strip_constraints
   // Only where strips are solved from both ends (stages/meet_strips.glsl).
-  uint strip_ends;   // of each link in that order the particles before and after it, as `pairs`
-  uint strip_turns;  // [constraint_count] its place in the strip | the strip's links - 1 << 10 |
-                     // its row << 20
+  uint strip_ends;  // of each link in that order the particles before and after it, as `pairs`
+  uint strip_rows;  // [constraint_count] its place in the strip | the strip's links - 1 << 10 |
+                    // its row << 20
   uint strip_phase_blocks;  // [strip_phase_count + 1] uint
   uint strip_blocks;        // [block_count + 1] uint, first strips
   uint regular_strips;  // [strip_count][DRAPE_REGULAR_STRIP_WORDS]; only if all strips are regular

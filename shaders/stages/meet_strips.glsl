@@ -47,22 +47,22 @@ uint FirstPin(uint begin, uint end) {
 }
 
 // The place of a link in its strip, and of its row.
-struct Turn {
+struct LinkRow {
   uint k;
   uint link_count;  // of the strip
   uint row;
 };
 
-Turn LoadTurn(uint place) {
-  uint word = models[cloth.model.strip_turns + place];
-  return Turn(word & 0x3ffu, (word >> 10 & 0x3ffu) + 1u, word >> 20);
+LinkRow LoadLinkRow(uint place) {
+  uint word = models[cloth.model.strip_rows + place];
+  return LinkRow(word & 0x3ffu, (word >> 10 & 0x3ffu) + 1u, word >> 20);
 }
 
 // A link of this invocation.
 struct SideLink {
   bool is_link;
   uint place;  // in the lists of links
-  Turn turn;
+  LinkRow at;
   uint from;  // particles
   uint to;
   LinearisedLink link;
@@ -71,17 +71,17 @@ struct SideLink {
   bool is_active;  // any link of its strip has an error larger than the tolerance
 };
 
-uint FirstRow(Turn turn) { return turn.row - turn.k; }
-bool HasNext(Turn turn) { return turn.k + 1u < turn.link_count; }
+uint FirstRowOfStrip(LinkRow at) { return at.row - at.k; }
+bool HasNext(LinkRow at) { return at.k + 1u < at.link_count; }
 
 SideLink LoadSideLink(uint place, uint end, bool is_first_sweep) {
   DistanceError no_error = DistanceError(vec3(0.0), 0.0);
-  SideLink mine = SideLink(place < end, place, Turn(0u, 0u, 0u), 0u, 0u,
+  SideLink mine = SideLink(place < end, place, LinkRow(0u, 0u, 0u), 0u, 0u,
                            LinearisedLink(0.0, no_error, vec3(0.0), 1.0), 0.0, false, false);
   if (!mine.is_link) return mine;
   uvec2 ends = StripEnds(place);
   float rest_length = ModelFloat(cloth.model.strip_lengths + place);
-  mine.turn = LoadTurn(place);
+  mine.at = LoadLinkRow(place);
   mine.from = ends.x;
   mine.to = ends.y;
   mine.link = LineariseLink(place, rest_length, LoadEnd(mine.from), LoadEnd(mine.to), is_first_sweep);
@@ -93,11 +93,11 @@ vec2 LoadNeighbours(SideLink mine) {
   vec2 effects = vec2(0.0);
   if (!mine.is_link) return effects;
   vec3 n_end = mine.link.error.direction;
-  if (mine.turn.k > 0u) {
-    effects.x = StripCoupling(RowVector(mine.turn.row - 1u), n_end, InverseMass(mine.from));
+  if (mine.at.k > 0u) {
+    effects.x = StripCoupling(RowVector(mine.at.row - 1u), n_end, InverseMass(mine.from));
   }
-  if (HasNext(mine.turn)) {
-    effects.y = StripCoupling(RowVector(mine.turn.row + 1u), n_end, InverseMass(mine.to));
+  if (HasNext(mine.at)) {
+    effects.y = StripCoupling(RowVector(mine.at.row + 1u), n_end, InverseMass(mine.to));
   }
   return effects;
 }
@@ -108,13 +108,13 @@ StripRow RowOf(SideLink mine, vec2 effects) {
 }
 
 // x of the first row of a strip is not its link's, which has no link before.
-void StoreRow(Turn turn, float before, float after, float right_side, float last) {
-  if (turn.k > 0u) {
-    shared_rows[turn.row] = vec4(before, after, right_side, last);
+void StoreRow(LinkRow at, float before, float after, float right_side, float last) {
+  if (at.k > 0u) {
+    shared_rows[at.row] = vec4(before, after, right_side, last);
   } else {
-    shared_rows[turn.row].y = after;
-    shared_rows[turn.row].z = right_side;
-    shared_rows[turn.row].w = last;
+    shared_rows[at.row].y = after;
+    shared_rows[at.row].z = right_side;
+    shared_rows[at.row].w = last;
   }
 }
 
@@ -124,10 +124,10 @@ StripRow LoadRow(uint row) {
   return StripRow(numbers.x, numbers.y, numbers.z, numbers.w);
 }
 StripRow NoRow() { return StripRow(0.0, 0.0, 0.0, 0.0); }
-StripRow RowBefore(Turn turn, uint stride) {
-  if (turn.k < stride) return NoRow();
-  StripRow row = LoadRow(turn.row - stride);
-  if (turn.k == stride) row.before = 0.0;  // the first one
+StripRow RowBefore(LinkRow at, uint stride) {
+  if (at.k < stride) return NoRow();
+  StripRow row = LoadRow(at.row - stride);
+  if (at.k == stride) row.before = 0.0;  // the first one
   return row;
 }
 // Eliminates from each equation those of both neighbours, so that every other link is left, and again. A strip that
@@ -135,9 +135,9 @@ StripRow RowBefore(Turn turn, uint stride) {
 // elimination raises where it ends at a pin, so that this link is eliminated from no other. Replaces the excesses of
 // the rows by the least pivots. In uniform control flow.
 void ReduceRows(inout SideLink mine, StripRow row) {
-  uint end = FirstRow(mine.turn) + mine.turn.link_count;
-  uint pin = mine.is_link ? FirstPin(mine.turn.row, end) : end;  // the next one
-  mine.is_solved = mine.is_link && FirstPin(FirstRow(mine.turn), end) < end;
+  uint end = FirstRowOfStrip(mine.at) + mine.at.link_count;
+  uint pin = mine.is_link ? FirstPin(mine.at.row, end) : end;  // the next one
+  mine.is_solved = mine.is_link && FirstPin(FirstRowOfStrip(mine.at), end) < end;
   uint levels = mine.is_solved ? cloth.strip_all_levels : cloth.strip_levels;
   // The pivot depends on particles on both sides, so its bound is lower than that of an elimination.
   float least = MIN_STRIP_PIVOT / float(1u << levels);
@@ -147,30 +147,30 @@ void ReduceRows(inout SideLink mine, StripRow row) {
   for (uint level = 0u; level < most_levels; ++level) {
     uint stride = 1u << level;
     bool is_reduced = mine.is_link && level < levels;
-    bool has_after = mine.turn.row + stride < pin;
+    bool has_after = mine.at.row + stride < pin;
     StripRow before = NoRow();
     StripRow after = NoRow();
     if (is_reduced) {
-      before = RowBefore(mine.turn, stride);
-      if (has_after) after = LoadRow(mine.turn.row + stride);
+      before = RowBefore(mine.at, stride);
+      if (has_after) after = LoadRow(mine.at.row + stride);
     }
     PhaseBarrier();
     if (is_reduced) {
       ReducedRow reduced = ReduceRow(row, before, after, has_after, Quotient(least, pivot));
       row = reduced.row;
       pivot = pivot * reduced.pivot;
-      StoreRow(mine.turn, row.before, row.after, row.right_side, row.excess);
+      StoreRow(mine.at, row.before, row.after, row.right_side, row.excess);
     }
     PhaseBarrier();
   }
   if (mine.is_solved) {
     mine.impulse = row.right_side;
-    if (pin < end && pin != mine.turn.row) {
+    if (pin < end && pin != mine.at.row) {
       precise float impulse = row.right_side - row.after * shared_rows[pin].z;
       mine.impulse = impulse;
     }
   } else if (mine.is_link) {
-    shared_rows[mine.turn.row].w = Quotient(least, pivot);
+    shared_rows[mine.at.row].w = Quotient(least, pivot);
   }
 }
 
@@ -186,7 +186,7 @@ struct HalfSystem {
 };
 
 // `strip`: that of the system; `index` of the system in it.
-HalfSystem HalfOf(Turn strip, uint index) {
+HalfSystem HalfOf(LinkRow strip, uint index) {
   HalfSystem mine = HalfSystem(gl_LocalInvocationID.x % 2u == 1u, false, 1u << cloth.strip_levels, 0u, 0u, 0.0, 0.0);
   uint end = strip.row + strip.link_count;
   uint first = strip.row + index;
@@ -279,11 +279,11 @@ struct EndChanges {
 };
 
 EndChanges ChangesOfEnds(SideLink mine) {
-  vec3 pull = RowVector(mine.turn.row);
-  vec3 pull_of_next = HasNext(mine.turn) ? RowVector(mine.turn.row + 1u) : vec3(0.0);
+  vec3 pull = RowVector(mine.at.row);
+  vec3 pull_of_next = HasNext(mine.at) ? RowVector(mine.at.row + 1u) : vec3(0.0);
   precise vec3 of_to = InverseMass(mine.to) * (pull - pull_of_next);
   precise vec3 of_from = vec3(0.0);
-  if (mine.turn.k == 0u) of_from = InverseMass(mine.from) * -pull;
+  if (mine.at.k == 0u) of_from = InverseMass(mine.from) * -pull;
   return EndChanges(of_to, of_from);
 }
 
@@ -294,16 +294,16 @@ void ChangeVelocity(uint i, vec3 change) {
 
 void ChangeEnds(SideLink mine, EndChanges changes) {
   ChangeVelocity(mine.to, changes.of_to);
-  if (mine.turn.k == 0u) ChangeVelocity(mine.from, changes.of_from);
+  if (mine.at.k == 0u) ChangeVelocity(mine.from, changes.of_from);
 }
 
 void StorePull(SideLink mine, float share) {
   precise float applied = share * mine.impulse;
   AccumulateImpulse(mine.place, applied);
   precise vec3 pull = applied * mine.link.direction;
-  shared_rows[mine.turn.row].y = pull.x;  // x may be the flag that others read
-  shared_rows[mine.turn.row].z = pull.y;
-  shared_rows[mine.turn.row].w = pull.z;
+  shared_rows[mine.at.row].y = pull.x;  // x may be the flag that others read
+  shared_rows[mine.at.row].z = pull.y;
+  shared_rows[mine.at.row].w = pull.z;
 }
 
 // The impulses moved particles too far, which is rare: takes back what is too much in each strip.
@@ -315,13 +315,13 @@ void RemoveExcess(SideLink mine) {
                    MoveRatioSq(changes.of_from, mine.link.rest_length));
   }
   PhaseBarrier();
-  if (mine.is_active) shared_rows[mine.turn.row].x = ratio_sq;
+  if (mine.is_active) shared_rows[mine.at.row].x = ratio_sq;
   PhaseBarrier();
   precise float back = 0.0;
   if (mine.is_active) {
     float largest_ratio_sq = 0.0;
-    for (uint k = 0u; k < mine.turn.link_count; ++k) {
-      largest_ratio_sq = max(largest_ratio_sq, shared_rows[FirstRow(mine.turn) + k].x);
+    for (uint k = 0u; k < mine.at.link_count; ++k) {
+      largest_ratio_sq = max(largest_ratio_sq, shared_rows[FirstRowOfStrip(mine.at) + k].x);
     }
     back = ShareOfMove(largest_ratio_sq) - 1.0;
   }
@@ -336,13 +336,13 @@ void MeetStrips(uint begin, uint end, bool is_first_sweep) {
   uint lane = gl_LocalInvocationID.x;
   uint first_link = models[cloth.model.strip_offsets + begin];
   uint end_link = models[cloth.model.strip_offsets + end];
-  Turn strip = Turn(0u, 0u, 0u);  // with the system of which this invocation eliminates a half
+  LinkRow strip = LinkRow(0u, 0u, 0u);  // with the system of which this invocation eliminates a half
   uint system = lane / 2u;
   if (system < (end - begin) << cloth.strip_levels) {
-    strip = LoadTurn(models[cloth.model.strip_offsets + begin + (system >> cloth.strip_levels)]);
+    strip = LoadLinkRow(models[cloth.model.strip_offsets + begin + (system >> cloth.strip_levels)]);
   }
   SideLink mine = LoadSideLink(first_link + lane, end_link, is_first_sweep);
-  if (mine.is_link) shared_rows[mine.turn.row] = vec4(0.0, mine.link.direction);
+  if (mine.is_link) shared_rows[mine.at.row] = vec4(0.0, mine.link.direction);
   if (lane < (kRowPlaces + 31u) / 32u) shared_pins[lane] = 0u;
   if (lane == 0u) {
     shared_has_pins = 0u;
@@ -353,10 +353,10 @@ void MeetStrips(uint begin, uint end, bool is_first_sweep) {
   PhaseBarrier();
   StripRow row = RowOf(mine, effects);
   if (mine.is_link) {
-    StoreRow(mine.turn, row.before, row.after, row.right_side, row.excess);
-    if (IsBeyondTolerance(mine.link)) shared_rows[FirstRow(mine.turn)].x = 1.0;  // all writers write the same
+    StoreRow(mine.at, row.before, row.after, row.right_side, row.excess);
+    if (IsBeyondTolerance(mine.link)) shared_rows[FirstRowOfStrip(mine.at)].x = 1.0;  // all writers write the same
 #ifdef HAS_PINS
-    if (InverseMass(mine.to) == 0.0) FlagPin(mine.turn.row);
+    if (InverseMass(mine.to) == 0.0) FlagPin(mine.at.row);
 #endif
   }
   PhaseBarrier();
@@ -372,8 +372,8 @@ void MeetStrips(uint begin, uint end, bool is_first_sweep) {
   PhaseBarrier();
 
   if (mine.is_link) {
-    mine.is_active = shared_rows[FirstRow(mine.turn)].x != 0.0;
-    if (!mine.is_solved) mine.impulse = shared_rows[mine.turn.row].z;
+    mine.is_active = shared_rows[FirstRowOfStrip(mine.at)].x != 0.0;
+    if (!mine.is_solved) mine.impulse = shared_rows[mine.at.row].z;
   }
   if (mine.is_active) StorePull(mine, 1.0);
   PhaseBarrier();

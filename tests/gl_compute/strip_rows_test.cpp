@@ -10,11 +10,11 @@
 namespace drape {
 namespace {
 
-struct Turn {
+struct LinkRow {
   uint32_t k, link_count, row;
 };
 
-Turn Unpack(uint32_t word) {
+LinkRow Unpack(uint32_t word) {
   return {word & 0x3ff, (word >> 10 & 0x3ff) + 1, word >> 20};
 }
 
@@ -23,7 +23,7 @@ Turn Unpack(uint32_t word) {
 void ExpectRows(const SceneModel& model, bool is_resident) {
   const StripSet& strips = model.strips();
   const StripRows rows = FindStripRows(model, is_resident);
-  ASSERT_EQ(rows.turns.size(), strips.constraints.size());
+  ASSERT_EQ(rows.rows.size(), strips.constraints.size());
   ASSERT_EQ(rows.phase_blocks.size(), strips.phase_count() + 1);
   ASSERT_EQ(rows.block_strips.back(), strips.strip_count());
   const uint32_t levels = StripLevels(model, is_resident);
@@ -37,12 +37,12 @@ void ExpectRows(const SceneModel& model, bool is_resident) {
       for (uint32_t s = first; s < end; ++s) {
         const uint32_t begin = strips.strip_offsets[s], links = strips.strip_offsets[s + 1] - begin;
         for (uint32_t k = 0; k < links; ++k) {
-          const Turn turn = Unpack(rows.turns[begin + k]);
-          EXPECT_EQ(turn.k, k);
-          EXPECT_EQ(turn.link_count, links);
-          EXPECT_EQ(turn.row, Unpack(rows.turns[begin]).row + k);
-          EXPECT_TRUE(taken.insert(turn.row).second) << "row " << turn.row << " twice";
-          EXPECT_LT(turn.row, rows.row_count + rows.row_count / 32);
+          const LinkRow at = Unpack(rows.rows[begin + k]);
+          EXPECT_EQ(at.k, k);
+          EXPECT_EQ(at.link_count, links);
+          EXPECT_EQ(at.row, Unpack(rows.rows[begin]).row + k);
+          EXPECT_TRUE(taken.insert(at.row).second) << "row " << at.row << " twice";
+          EXPECT_LT(at.row, rows.row_count + rows.row_count / 32);
         }
       }
     }

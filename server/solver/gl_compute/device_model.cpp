@@ -175,7 +175,7 @@ void PackStripRows(const SceneModel& model, bool is_resident, PackedModel& packe
     }
   }
   packed.rows = FindStripRows(model, is_resident);
-  packed.layout.strip_turns = append(packed.rows.turns);
+  packed.layout.strip_rows = append(packed.rows.rows);
   packed.layout.strip_phase_blocks = append(packed.rows.phase_blocks);
   packed.layout.strip_blocks = append(packed.rows.block_strips);
 }

@@ -39,14 +39,14 @@ uint32_t MostStrips(const StripSet& strips) {
 
 // `places`: that a block has for its rows. Invocations that each take a strip meet in the same bank
 // of shared memory if strips are an even number of rows apart.
-void AppendTurns(const StripSet& strips, uint32_t first_strip, uint32_t end_strip, uint32_t places,
-                 std::vector<uint32_t>& turns) {
+void AppendRows(const StripSet& strips, uint32_t first_strip, uint32_t end_strip, uint32_t places,
+                std::vector<uint32_t>& rows) {
   const uint32_t strip_count = end_strip - first_strip;
   const bool has_room = LinksOf(strips, first_strip, end_strip) + strip_count <= places;
   uint32_t row = 0;
   for (uint32_t s = first_strip; s < end_strip; ++s) {
     const uint32_t links = LinksOf(strips, s, s + 1);
-    for (uint32_t k = 0; k < links; ++k) turns.push_back(k | (links - 1) << 10 | (row + k) << 20);
+    for (uint32_t k = 0; k < links; ++k) rows.push_back(k | (links - 1) << 10 | (row + k) << 20);
     row += has_room && links % 2 == 0 ? links + 1 : links;
   }
 }
@@ -100,7 +100,7 @@ StripRows FindStripRows(const SceneModel& model, bool is_resident) {
       const uint32_t end_of_block =
           is_resident ? end : EndOfBlock(strips, first, end, rows.row_count, levels);
       rows.block_strips.push_back(first);
-      AppendTurns(strips, first, end_of_block, places, rows.turns);
+      AppendRows(strips, first, end_of_block, places, rows.rows);
       first = end_of_block;
     }
   }

@@ -15,7 +15,7 @@ struct StripRows {
   uint32_t row_count = 0;              // of a block, and invocations of its group; 0: no strips
   std::vector<uint32_t> phase_blocks;  // [phase_count + 1] first block of each phase
   std::vector<uint32_t> block_strips;  // [block_count + 1] first strip of each block
-  std::vector<uint32_t> turns;         // [constraint_count] the words `strip_turns` of a model
+  std::vector<uint32_t> rows;          // [constraint_count] the words `strip_rows` of a model
 };
 
 // Rows of the smallest work group that holds any strip: 256, 512 or 1024.
