@@ -107,7 +107,9 @@ uint32_t ShuffleSize() {
   const int64_t stages = GlInteger(GL_SUBGROUP_SUPPORTED_STAGES_KHR);
   const int64_t features = GlInteger(GL_SUBGROUP_SUPPORTED_FEATURES_KHR);
   if ((stages & GL_COMPUTE_SHADER_BIT) == 0) return 0;
-  if ((features & GL_SUBGROUP_FEATURE_SHUFFLE_BIT_KHR) == 0) return 0;
+  constexpr int64_t kNeeded =
+      GL_SUBGROUP_FEATURE_BALLOT_BIT_KHR | GL_SUBGROUP_FEATURE_SHUFFLE_BIT_KHR;
+  if ((features & kNeeded) != kNeeded) return 0;
   return static_cast<uint32_t>(GlInteger(GL_SUBGROUP_SIZE_KHR));
 }
 

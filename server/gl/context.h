@@ -30,8 +30,8 @@ struct DeviceLimits {
   uint32_t work_group_count_x = 0;
   uint32_t work_group_count_y = 0;
   uint32_t storage_blocks = 0;  // per compute shader
-  // Size of the subgroups in which compute shaders can exchange values by shuffles
-  // (GL_KHR_shader_subgroup); 0: shuffles are not supported.
+  // Size of the subgroups in which compute shaders can exchange values by shuffles and ballots
+  // (GL_KHR_shader_subgroup); 0: these are not supported.
   uint32_t shuffle_size = 0;
 };
 

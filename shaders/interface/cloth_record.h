@@ -79,8 +79,8 @@ struct ClothRecord {
   uint hinge_period;          // substeps that share the forces of hinges
   uint triangle_count;        // 0 without air forces
   uint strip_phase_count;
-  // Strips from both ends: levels of reduction before the elimination, and those after which every
-  // equation is alone.
+  // Levels of reduction: of strips from both ends before the elimination, and those after which
+  // every equation is alone.
   uint strip_levels;
   uint strip_all_levels;
   uint grid_columns;

@@ -44,6 +44,9 @@ struct ModelLayout {
                     // its row << 20
   uint strip_phase_blocks;  // [strip_phase_count + 1] uint
   uint strip_blocks;        // [block_count + 1] uint, first strips
+  // Only where groups of lanes solve strips (stages/reduce_strips.glsl).
+  uint strip_phase_lanes;  // [strip_phase_count + 1] uint, first lanes
+  uint strip_lanes;        // [][DRAPE_STRIP_LANE_WORDS] the words of each lane
   uint regular_strips;  // [strip_count][DRAPE_REGULAR_STRIP_WORDS]; only if all strips are regular
   // Only with air forces.
   uint triangles;           // [triangle_count][3] uint

@@ -78,6 +78,9 @@ void SaveCloth() {
 
 void LoadParticle(uint i) {
   SetInverseMass(i, HeldInverseMass(i));
+#if defined(HAS_TETHER) && defined(OWNS_PARTICLE)
+  KeepTethers(i);
+#endif
 #ifdef LOOP_BUDGET
   if (part != 0u) {
     SetPosition(i, ScratchVector(cloth.scratch.work_positions + 3u * i));
@@ -104,6 +107,9 @@ void LoadCloth() {
     shared_fault = 0u;
     for (int f = 0; f < 3; ++f) sweep_changed[f] = 0u;
   }
+#ifdef KEEPS_LANES
+  KeepLanes();
+#endif
   PhaseBarrier();
 }
 

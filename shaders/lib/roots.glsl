@@ -53,6 +53,20 @@ float Quotient(float a, float b) {
 #endif
 }
 
+// Of a number that is neither so large nor so small that its reciprocal is out of range.
+float Reciprocal(float x) {
+#ifdef CORRECTS_ROOTS
+  precise float inverse = AsDriversRound(1.0 / x);
+  float corrected = MultiplyAdd(MultiplyAdd(-inverse, x, 1.0), inverse, inverse);
+  float above = uintBitsToFloat(floatBitsToUint(corrected) + 1u);
+  bool is_above = abs(MultiplyAdd(-above, x, 1.0)) < abs(MultiplyAdd(-corrected, x, 1.0));
+  return is_above ? above : corrected;
+#else
+  precise float inverse = AsDriversRound(1.0 / x);
+  return inverse;
+#endif
+}
+
 vec3 Quotient(vec3 a, float b) { return vec3(Quotient(a.x, b), Quotient(a.y, b), Quotient(a.z, b)); }
 
 #endif

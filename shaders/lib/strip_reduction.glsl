@@ -20,7 +20,7 @@ StripRow UnpackRow(vec4 row) { return StripRow(row.x, row.y, row.z, row.w); }
 // Arguments: `diagonal` [1/kg], the effects of the impulses of the links before and after on the error of this one
 // [1/kg], -residual / h [m/s].
 StripRow FirstRow(float diagonal, float from_before, float from_after, float right_side) {
-  float inverse = Quotient(1.0, diagonal);
+  float inverse = Reciprocal(diagonal);
   precise float before = from_before * inverse;
   precise float after = from_after * inverse;
   precise float scaled = right_side * inverse;
@@ -40,7 +40,7 @@ struct EliminatedRow {
 EliminatedRow EliminateRow(float before, float after, float right_side, float least, float ratio_before,
                            float right_before) {
   precise float pivot = 1.0 - before * ratio_before;
-  float inverse_pivot = Quotient(1.0, max(pivot, least));
+  float inverse_pivot = Reciprocal(max(pivot, least));
   precise float ratio = after * inverse_pivot;
   precise float right_alone = right_side - before * right_before;
   precise float scaled = right_alone * inverse_pivot;
@@ -49,7 +49,7 @@ EliminatedRow EliminateRow(float before, float after, float right_side, float le
 
 struct ReducedRow {
   StripRow row;
-  float pivot;  // over the previous pivot [-]
+  float inverse_pivot;  // of the previous pivot [-]
 };
 
 // Eliminates from an equation the link before and, if `has_after`, the one after; otherwise the term of the link
@@ -70,7 +70,7 @@ ReducedRow ReduceRow(StripRow row, StripRow row_before, StripRow row_after, bool
 #endif
   precise float pivot = excess + (abs(before) + abs(after));
   precise float raised = max(pivot, least);
-  float inverse = Quotient(1.0, raised);
+  float inverse = Reciprocal(raised);
   precise float right_side = row.right_side - row.before * row_before.right_side;
   right_side = right_side - share_after * row_after.right_side;
   precise float scaled_before = before * inverse;
@@ -78,7 +78,7 @@ ReducedRow ReduceRow(StripRow row, StripRow row_before, StripRow row_after, bool
   precise float scaled_right_side = right_side * inverse;
   precise float scaled_excess = (excess + (raised - pivot)) * inverse;
   return ReducedRow(StripRow(scaled_before, scaled_after, scaled_right_side, scaled_excess),
-                    raised);
+                    inverse);
 }
 
 #endif

@@ -30,7 +30,8 @@ vec3 AddScaled(vec3 a, float s, vec3 b) {
 // d / length; `fallback` if d is too short to have a direction. [m]
 vec3 Direction(vec3 d, float length_d, vec3 fallback) {
   if (length_d < MIN_DIRECTION_LENGTH) return fallback;
-  return Quotient(d, length_d);
+  precise vec3 unit = Reciprocal(length_d) * d;
+  return unit;
 }
 
 vec3 Cross(vec3 a, vec3 b) {

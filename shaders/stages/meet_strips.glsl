@@ -140,9 +140,8 @@ void ReduceRows(inout SideLink mine, StripRow row) {
   mine.is_solved = mine.is_link && FirstPin(FirstRowOfStrip(mine.at), end) < end;
   uint levels = mine.is_solved ? cloth.strip_all_levels : cloth.strip_levels;
   // The pivot depends on particles on both sides, so its bound is lower than that of an elimination.
-  float least = MIN_STRIP_PIVOT / float(1u << levels);
+  precise float least = MIN_STRIP_PIVOT / float(1u << levels);
   if (mine.is_link && InverseMass(mine.to) == 0.0) least = MIN_STRIP_PIVOT_AT_PIN;
-  precise float pivot = 1.0;  // over the diagonal
   uint most_levels = shared_has_pins != 0u ? cloth.strip_all_levels : cloth.strip_levels;
   for (uint level = 0u; level < most_levels; ++level) {
     uint stride = 1u << level;
@@ -156,9 +155,9 @@ void ReduceRows(inout SideLink mine, StripRow row) {
     }
     PhaseBarrier();
     if (is_reduced) {
-      ReducedRow reduced = ReduceRow(row, before, after, has_after, Quotient(least, pivot));
+      ReducedRow reduced = ReduceRow(row, before, after, has_after, least);
       row = reduced.row;
-      pivot = pivot * reduced.pivot;
+      least = least * reduced.inverse_pivot;
       StoreRow(mine.at, row.before, row.after, row.right_side, row.excess);
     }
     PhaseBarrier();
@@ -170,7 +169,7 @@ void ReduceRows(inout SideLink mine, StripRow row) {
       mine.impulse = impulse;
     }
   } else if (mine.is_link) {
-    shared_rows[mine.at.row].w = Quotient(least, pivot);
+    shared_rows[mine.at.row].w = least;
   }
 }
 
@@ -243,7 +242,7 @@ float MeetingImpulse(HalfSystem mine) {
   vec4 other = shared_rows[mine.is_second ? mine.row - mine.stride : mine.row + mine.stride];
   precise float pivot = 1.0 - row.w * other.w;  // over that of either link
   float least = mine.is_second ? max(row.y, other.x) : max(row.x, other.y);
-  float inverse_pivot = Quotient(1.0, max(pivot, least));
+  float inverse_pivot = Reciprocal(max(pivot, least));
   precise float alone = row.z - row.w * other.z;
   precise float impulse = alone * inverse_pivot;
   return impulse;

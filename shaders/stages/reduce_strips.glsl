@@ -1,150 +1,179 @@
-// Stage `solve_strips` by cyclic reduction: each lane solves one link of a strip, all at once
-// (server/solver/method.md, "solve_strips"). Resident plan only.
+// Stage `solve_strips` by cyclic reduction (server/solver/method.md, "solve_strips"): each lane has a particle of a
+// strip and the link from there to the next one, and all links are solved at once. A group of lanes has whole strips,
+// as many as fit. So a phase needs no barrier. Resident plan only.
 #include "lib/strip_reduction.glsl"
 #include "stages/lanes.glsl"
 #include "stages/solve_strips.glsl"
 
-// A link as its lane knows it; lanes without a link have one that does nothing.
-struct LaneLink {
-  bool is_link;
-  uint from;        // particles
-  uint to;
-  LinearisedLink link;
+// What a lane takes of a phase.
+struct LaneSlotWords {
+  uint word;          // particle | place of the particle in its strip << 10 | links of the strip << 15; 0: nothing
+  uint place;         // of the link in the lists of links; meaningless at the last particle
+  float rest_length;  // of that link [m]
 };
 
-LaneLink LoadLaneLink(Strip strip, bool is_first_sweep) {
-  DistanceError no_error = DistanceError(vec3(0.0), 0.0);
-  LaneLink mine = LaneLink(Lane() < strip.link_count, 0u, 0u,
-                           LinearisedLink(0.0, no_error, vec3(0.0), 1.0));
-  if (!mine.is_link) return mine;
-  uint k = Lane();
-  mine.from = StripParticle(strip, k);
-  mine.to = StripParticle(strip, k + 1u);
-  mine.link = LineariseLink(StripLinkAt(strip, k), StripRestLength(strip, k), LoadEnd(mine.from), LoadEnd(mine.to),
-                            is_first_sweep);
-  return mine;
+LaneSlotWords LoadLaneSlot(uint slot) {
+  uint word = cloth.model.strip_lanes + DRAPE_STRIP_LANE_WORDS * slot;
+  uint place = models[word + 1u];
+  return LaneSlotWords(models[word], place, ModelFloat(cloth.model.strip_lengths + place));
 }
 
-// A lane index beyond all.
-const uint kNoLane = DRAPE_STRIP_LANES;
+struct LaneOfStrip {
+  uint particle;
+  uint k;           // of the particle in its strip
+  uint link_count;  // of the strip; 0: this lane has nothing to do
+  uint lanes;       // a bit per lane of the strip
+};
 
-uint LaneBefore(uint stride) { return Lane() >= stride ? Lane() - stride : Lane(); }
-uint LaneAfter(uint stride) {
-  return Lane() + stride < DRAPE_STRIP_LANES ? Lane() + stride : Lane();
+LaneOfStrip UnpackLane(uint word) {
+  uint k = word >> 10 & 31u;
+  uint link_count = word >> 15;
+  uint lanes = ((2u << link_count) - 1u) << (Lane() - k);
+  return LaneOfStrip(word & 0x3ffu, k, link_count, lanes);
 }
 
-StripRow LoadRow(LaneLink mine, bool has_next) {
-  Offer(vec4(mine.link.direction, 0.0), 0u);
+uint LaneBefore(uint stride) { return Lane() - min(stride, Lane()); }
+uint LaneAfter(uint stride) { return min(Lane() + stride, DRAPE_STRIP_LANES - 1u); }
+
+LinkEnd TakeEndAfter(LinkEnd end) {
+  Offer(vec4(end.position, end.inverse_mass));
+  vec4 of_position = OfferOf(LaneAfter(1u));
+  Offer(vec4(end.velocity, end.quiet_round_off));
+  vec4 of_velocity = OfferOf(LaneAfter(1u));
+  return LinkEnd(of_position.xyz, of_velocity.xyz, of_position.w, of_velocity.w);
+}
+
+// The effects of the impulses of the links before and after on the error of this one [1/kg]. Lanes without a link
+// have the direction 0.
+vec2 TakeEffects(LaneOfStrip mine, LinearisedLink link, float inverse_mass, float inverse_mass_of_to) {
+  Offer(vec4(link.direction, 0.0));
   vec3 direction_before = OfferOf(LaneBefore(1u)).xyz;
-  vec3 direction_after = OfferOf(LaneAfter(1u)).xyz;
-  if (!mine.is_link) return StripRow(0.0, 0.0, 0.0, 1.0);
-  vec3 n_end = mine.link.error.direction;
   float from_before = 0.0;
-  float from_after = 0.0;
-  if (Lane() > 0u) from_before = StripCoupling(direction_before, n_end, InverseMass(mine.from));
-  if (has_next) from_after = StripCoupling(direction_after, n_end, InverseMass(mine.to));
-  float right_side = StripRightSide(mine.link.error.residual, substep.inverse_interval);
-  return FirstRow(mine.link.diagonal, from_before, from_after, right_side);
+  if (mine.k > 0u) from_before = StripCoupling(direction_before, link.error.direction, inverse_mass);
+#ifdef HAS_START_DIRECTIONS
+  float from_after = StripCoupling(OfferOf(LaneAfter(1u)).xyz, link.error.direction, inverse_mass_of_to);
+#else
+  // Two links have the same effect on each other.
+  Offer(vec4(from_before));
+  float from_after = OfferOf(LaneAfter(1u)).x;
+#endif
+  return mine.k < mine.link_count ? vec2(from_before, from_after) : vec2(0.0);
 }
 
-// As MinPivot. The pivot of an elimination depends on the particles on one side of the link, that of a reduction
-// on those on both sides, so its bound is lower.
-float MinReducedPivot(uint to) {
-  return InverseMass(to) == 0.0 ? MIN_STRIP_PIVOT_AT_PIN
-                                : MIN_STRIP_PIVOT / float(DRAPE_STRIP_LANES);
+// The first lane, from this one on, whose link ends at a pin; DRAPE_STRIP_LANES if there is none. That link is
+// eliminated from no other (ReduceRows in meet_strips.glsl).
+uint TakePin(LaneOfStrip mine, bool ends_at_pin) {
+#ifdef HAS_PINS
+  uint pins = (LanesWith(ends_at_pin) & mine.lanes) >> Lane();
+  return pins != 0u ? Lane() + uint(findLSB(pins)) : DRAPE_STRIP_LANES;
+#else
+  return DRAPE_STRIP_LANES;
+#endif
 }
 
-// The impulse of this lane's link [N s].
-float ReduceLink(LaneLink mine, bool has_next) {
-  StripRow row = LoadRow(mine, has_next);
-  float min_pivot = mine.is_link ? MinReducedPivot(mine.to) : 1.0;
-  // The next link, this one included, that ends at a pin; that link is eliminated from no other.
-  uint last = mine.is_link && InverseMass(mine.to) == 0.0 ? Lane() : kNoLane;
-  precise float pivot = 1.0;  // over the diagonal
-  for (uint stride = 1u; stride < DRAPE_STRIP_LANES; stride *= 2u) {
-    Offer(PackRow(row), last);
-    StripRow row_before = UnpackRow(OfferOf(LaneBefore(stride)));
-    StripRow row_after = UnpackRow(OfferOf(LaneAfter(stride)));
-    uint last_after = TagOf(LaneAfter(stride));
-    last = min(last, last_after);
-    bool has_after = Lane() + stride < last;
-    ReducedRow reduced = ReduceRow(row, row_before, row_after, has_after, Quotient(min_pivot, pivot));
-    row = reduced.row;
-    pivot = pivot * reduced.pivot;
-  }
-  Offer(vec4(row.right_side), 0u);
-  float impulse_of_last = OfferOf(last < kNoLane ? last : Lane()).x;
-  if (last == kNoLane || last == Lane()) return row.right_side;
-  precise float impulse = row.right_side - row.after * impulse_of_last;
-  return impulse;
-}
-
-// The largest x of the lanes, and whether any lane has the flag.
-struct LaneMaximum {
-  float x;
-  bool has_flag;
-};
-
-LaneMaximum MaximumOfLanes(float x, bool has_flag) {
-  float flag = has_flag ? 1.0 : 0.0;
-  for (uint distance = 1u; distance < DRAPE_STRIP_LANES; distance *= 2u) {
-    Offer(vec4(x, flag, 0.0, 0.0), 0u);
-    vec2 other = OfferOf(Lane() ^ distance).xy;
-    x = max(x, other.x);
-    flag = max(flag, other.y);
-  }
-  return LaneMaximum(x, flag != 0.0);
-}
-
-void ChangeVelocity(uint i, float share, vec3 change) {
-  if (InverseMass(i) == 0.0) return;
-  SetVelocity(i, AddScaled(Velocity(i), share, change));
-}
-
-// One strip by one group of lanes. A group without links takes part in the same uniform control flow and changes
-// nothing.
-void ReduceStrip(Strip strip, bool is_first_sweep) {
-  LaneLink mine = LoadLaneLink(strip, is_first_sweep);
-  bool has_next = Lane() + 1u < strip.link_count;
-  float impulse = ReduceLink(mine, has_next);
-
-  // A lane moves the second particle of its link, the first one also the first.
-  precise vec3 pull = impulse * mine.link.direction;
-  Offer(vec4(pull, 0.0), 0u);
-  vec3 pull_of_next = OfferOf(LaneAfter(1u)).xyz;
-  if (!has_next) pull_of_next = vec3(0.0);
-  vec3 change_of_first = vec3(0.0);
-  vec3 change = vec3(0.0);
-  float largest_ratio_sq = 0.0;
-  if (mine.is_link) {
-    precise vec3 scaled = InverseMass(mine.to) * (pull - pull_of_next);
-    change = scaled;
-    largest_ratio_sq = MoveRatioSq(change, mine.link.rest_length);
-    if (Lane() == 0u) {
-      precise vec3 scaled_of_first = InverseMass(mine.from) * -pull;
-      change_of_first = scaled_of_first;
-      largest_ratio_sq =
-          max(largest_ratio_sq, MoveRatioSq(change_of_first, mine.link.rest_length));
+// The impulse of the link with this equation [N s].
+float ReduceLink(LaneOfStrip mine, StripRow row, bool ends_at_pin) {
+  uint pin = TakePin(mine, ends_at_pin);
+  // A pivot depends on particles on both sides, so its bound is lower than that of an elimination.
+  precise float least =
+      ends_at_pin ? MIN_STRIP_PIVOT_AT_PIN : MIN_STRIP_PIVOT / float(1u << cloth.strip_all_levels);
+  // A constant number of rounds, for compilers to unroll.
+  for (uint level = 0u; level < DRAPE_STRIP_LANE_LEVELS; ++level) {
+    if (level < cloth.strip_all_levels) {
+      uint stride = 1u << level;
+      Offer(PackRow(row));
+      // Rows that have none before or after have 0 times that of another lane.
+      ReducedRow reduced = ReduceRow(row, UnpackRow(OfferOf(LaneBefore(stride))),
+                                     UnpackRow(OfferOf(LaneAfter(stride))), Lane() + stride < pin, least);
+      row = reduced.row;
+      least = least * reduced.inverse_pivot;
     }
   }
-  LaneMaximum maximum =
-      MaximumOfLanes(largest_ratio_sq, mine.is_link && IsBeyondTolerance(mine.link));
-  LaneBarrier();
-  if (!mine.is_link || !maximum.has_flag) return;
-  MarkChanged();
-  float share = ShareOfMove(maximum.x);
-  precise float applied = share * impulse;
-  AccumulateImpulse(StripLinkAt(strip, Lane()), applied);
-  if (Lane() == 0u) ChangeVelocity(mine.from, share, change_of_first);
-  ChangeVelocity(mine.to, share, change);
+#ifdef HAS_PINS
+  Offer(vec4(row.right_side));
+  float impulse_at_pin = OfferOf(min(pin, DRAPE_STRIP_LANES - 1u)).x;
+  precise float impulse = row.right_side - row.after * impulse_at_pin;
+  if (pin < DRAPE_STRIP_LANES && pin != Lane()) return impulse;
+#endif
+  return row.right_side;
 }
 
-// The strips of a phase, as many at a time as there are groups of lanes.
-void ReduceStrips(uint first, uint last, bool is_first_sweep) {
-  for (uint round = first; round < last; round += LaneGroupCount()) {
-    uint index = round + LaneGroup();
-    Strip strip = NoStrip();
-    if (LaneGroup() < LaneGroupCount() && index < last) strip = LoadStrip(index);
-    ReduceStrip(strip, is_first_sweep);
+// The largest value of the lanes of the strip, if that is not negative.
+float TakeLargest(LaneOfStrip mine, float value) {
+  Offer(vec4(value));
+  float largest = 0.0;
+  for (uint lane = 0u; lane < DRAPE_STRIP_LANES; ++lane) {
+    float other = OfferOf(lane).x;
+    if ((mine.lanes >> lane & 1u) != 0u) largest = max(largest, other);
+  }
+  return largest;
+}
+
+// The share of the impulses of the strip that moves no particle too far; 1 mostly. `rest_length`: of the link before
+// the particle, or of the first one [m].
+float TakeShare(LaneOfStrip mine, vec3 change, float rest_length) {
+  bool moves_far = mine.link_count > 0u && Dot(change, change) > MoveLimitSq(rest_length);
+  if (!HasAnyLane(moves_far)) return 1.0;
+  return ShareOfMove(TakeLargest(mine, MoveRatioSq(change, rest_length)));
+}
+
+void SolveLane(LaneSlotWords words, bool is_first_sweep) {
+  LaneOfStrip mine = UnpackLane(words.word);
+  bool is_link = mine.k < mine.link_count;
+  LinkEnd from = LoadEnd(mine.particle);
+  LinkEnd to = TakeEndAfter(from);
+  LinearisedLink link = LinearisedLink(words.rest_length, DistanceError(vec3(0.0), 0.0), vec3(0.0), 1.0);
+  if (is_link) link = LineariseLink(words.place, words.rest_length, from, to, is_first_sweep);
+  vec2 effects = TakeEffects(mine, link, from.inverse_mass, to.inverse_mass);
+  StripRow row = FirstRow(link.diagonal, effects.x, effects.y,
+                          StripRightSide(link.error.residual, substep.inverse_interval));
+  float impulse = ReduceLink(mine, row, is_link && to.inverse_mass == 0.0);
+
+  precise vec3 pull = impulse * link.direction;
+  Offer(vec4(pull, words.rest_length));
+  vec4 before = OfferOf(LaneBefore(1u));
+  if (mine.k == 0u) before = vec4(vec3(0.0), words.rest_length);
+  precise vec3 change = from.inverse_mass * (before.xyz - pull);
+  float share = TakeShare(mine, change, before.w);
+  bool is_active = (LanesWith(IsBeyondTolerance(link)) & mine.lanes) != 0u && mine.link_count > 0u;
+  if (!is_active) return;
+  MarkChanged();
+  precise float applied = share * impulse;
+  if (is_link) AccumulateImpulse(words.place, applied);
+  if (from.inverse_mass != 0.0) SetVelocity(mine.particle, AddScaled(from.velocity, share, change));
+}
+
+#ifdef KEEPS_LANES
+// Two phases at most, in one round each.
+LaneSlotWords kept_lanes_first;
+LaneSlotWords kept_lanes_second;
+
+LaneSlotWords KeptLane(uint phase) {
+  LaneSlotWords none = LaneSlotWords(0u, 0u, 1.0);
+  if (phase >= cloth.strip_phase_count) return none;
+  uint slot = models[cloth.model.strip_phase_lanes + phase] + LaneSlot();
+  return slot < models[cloth.model.strip_phase_lanes + phase + 1u] ? LoadLaneSlot(slot) : none;
+}
+
+void KeepLanes() {
+  kept_lanes_first = KeptLane(0u);
+  kept_lanes_second = KeptLane(1u);
+}
+
+void ReduceStrips(uint phase, bool is_first_sweep) {
+  LaneSlotWords words = kept_lanes_first;
+  if (phase == 1u) words = kept_lanes_second;
+  SolveLane(words, is_first_sweep);
+}
+#else
+// The strips of a phase, as many at a time as there are lanes.
+void ReduceStrips(uint phase, bool is_first_sweep) {
+  uint end = models[cloth.model.strip_phase_lanes + phase + 1u];
+  for (uint first = models[cloth.model.strip_phase_lanes + phase]; first < end; first += LaneCount()) {
+    LaneSlotWords words = LaneSlotWords(0u, 0u, 1.0);
+    uint slot = first + LaneSlot();
+    if (LaneSlot() < LaneCount() && slot < end) words = LoadLaneSlot(slot);
+    SolveLane(words, is_first_sweep);
   }
 }
+#endif

@@ -21,13 +21,15 @@
 #endif
 
 // The strips of a phase: solved by groups of lanes, by two invocations each, or by one.
-void SolvePhase(uint begin, uint end, bool is_first_sweep) {
+void SolvePhase(uint phase, bool is_first_sweep) {
 #ifdef HAS_STRIP_REDUCTION
   if (FillsSubgroups()) {
-    ReduceStrips(begin, end, is_first_sweep);
+    ReduceStrips(phase, is_first_sweep);
     return;
   }
 #endif
+  uint begin = models[cloth.model.strip_phases + phase];
+  uint end = models[cloth.model.strip_phases + phase + 1u];
 #ifdef HAS_STRIP_HALVES
   MeetStrips(begin, end, is_first_sweep);
 #else
@@ -38,9 +40,7 @@ void SolvePhase(uint begin, uint end, bool is_first_sweep) {
 void SolveStrips(bool is_first_sweep) {
 #ifdef HAS_SOLVE_STRIPS
   for (uint phase = 0u; phase < cloth.strip_phase_count; ++phase) {
-    uint begin = models[cloth.model.strip_phases + phase];
-    uint end = models[cloth.model.strip_phases + phase + 1u];
-    SolvePhase(begin, end, is_first_sweep);
+    SolvePhase(phase, is_first_sweep);
     PhaseBarrier();
   }
 #endif

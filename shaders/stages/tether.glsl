@@ -2,11 +2,25 @@
 #include "lib/tether.glsl"
 #include "stages/substep.glsl"
 
+// Where the tethers of a particle begin and end in their list.
+uvec2 FindTethers(uint i) {
+  uint word = cloth.model.tether_offsets + i;
+  return uvec2(models[word], models[word + 1u]);
+}
+
+#ifdef OWNS_PARTICLE
+uvec2 kept_tethers;
+void KeepTethers(uint i) { kept_tethers = FindTethers(i); }
+uvec2 TethersOf(uint i) { return kept_tethers; }
+#else
+uvec2 TethersOf(uint i) { return FindTethers(i); }
+#endif
+
 void TetherParticle(uint i) {
-  uint end = models[cloth.model.tether_offsets + i + 1u];
+  uvec2 tethers = TethersOf(i);
   vec3 p = Position(i);
   vec3 u = Velocity(i);
-  for (uint t = models[cloth.model.tether_offsets + i]; t < end; ++t) {
+  for (uint t = tethers.x; t < tethers.y; ++t) {
     uint pin = models[cloth.model.tethers + DRAPE_TETHER_WORDS * t];
     float reach = ModelFloat(cloth.model.tethers + DRAPE_TETHER_WORDS * t + 1u);
     precise vec3 position_difference = p - Position(pin);

@@ -118,6 +118,9 @@ std::vector<EmulatedCloth> ResidentCloths() {
   cloths.push_back({.scene = Sheet("reduction_by_shuffles", kSize),
                     .tuning = {.strip_solve = StripSolve::kReductionWithBarriers},
                     .define = "HAS_SUBGROUPS"});
+  cloths.push_back({.scene = Fallen("sphere_by_shuffles", test::FallingOnSphere(8)),
+                    .tuning = {.strip_solve = StripSolve::kReductionWithBarriers},
+                    .define = "HAS_SUBGROUPS"});
   add(Sheet("in_parts", kSize), {.loop_budget = 1500});
   add(AmongMovingShapes(kSize));
   add(Fallen("sphere", test::FallingOnSphere(8)), {.strip_solve = StripSolve::kFromBothEnds});

@@ -266,6 +266,13 @@ GLSL T subgroupShuffle(T value, uint lane) {
   machine->Shuffle(reinterpret_cast<uint*>(&value), sizeof(T) / sizeof(uint), lane, CallStack());
   return value;
 }
+GLSL uvec4 subgroupBallot(bool flag) {
+  uint flags = 0;
+  for (uint lane = 0; lane < kSubgroupSize; ++lane) {
+    flags |= subgroupShuffle(uint(flag), lane) << lane;
+  }
+  return {flags, 0, 0, 0};
+}
 
 struct Invocation {
   uvec3 gl_LocalInvocationID, gl_WorkGroupID, gl_NumWorkGroups, gl_GlobalInvocationID;

@@ -100,8 +100,8 @@ TEST(KernelCostsTest, SweepOfAChainAsAStrip) {
             1u + 3 + 3 + 101 + 2 * (1 + 101) + 2);
 }
 
-// 8 x 8 particles: 8 strips of 7 links in each of 2 phases. A group of 32 lanes takes 8 rounds,
-// each with two loops over five levels; 128 lanes take two, and more do not share memory.
+// 8 x 8 particles: 8 strips of 8 particles in each of 2 phases, of which a group of 32 lanes
+// holds 4. Each round has loops over five levels, over four groups and over 32 lanes.
 TEST(KernelCostsTest, SweepByReduction) {
   const auto model = GridModel(8, 8);
   ASSERT_EQ(model->strips().phase_count(), 2u);
@@ -109,17 +109,15 @@ TEST(KernelCostsTest, SweepByReduction) {
   const auto sweep = [&](uint32_t local_size, StripSolve strip_solve) {
     return CountLoops(*model, test::PlainParameters(), local_size, strip_solve).sweep;
   };
-  constexpr uint64_t kRound = 1 + 2 * (5 + 2);
+  constexpr uint64_t kRound = 1 + (5 + 2) + (4 + 2) + (32 + 2);
   const uint64_t elimination = 1 + (2 + 2) + 2 * (1 + (7 + 2) + 2 * (1 + 7 + 2) + 2 + 2);
   EXPECT_EQ(sweep(32, StripSolve::kElimination), elimination);
-  EXPECT_EQ(sweep(32, StripSolve::kReductionWithBarriers), 1 + (2 + 2) + 2 * (8 * kRound + 2));
-  EXPECT_EQ(sweep(32, StripSolve::kReduction), 1 + (2 + 2) + 2 * (8 * kRound + 2));
-  // At most as many passes as by elimination, which a kernel may fall back on.
-  EXPECT_EQ(sweep(128, StripSolve::kReductionWithBarriers), elimination);
-  EXPECT_EQ(sweep(256, StripSolve::kReduction), elimination);
-  EXPECT_FALSE(IsReductionShorter(model->strips(), 64));
-  EXPECT_TRUE(IsReductionShorter(model->strips(), 128));
-  EXPECT_TRUE(IsReductionShorter(GridModel(32, 32)->strips(), 256));
+  for (const auto how : {StripSolve::kReduction, StripSolve::kReductionWithBarriers}) {
+    EXPECT_EQ(sweep(32, how), 1 + (2 + 2) + 2 * (2 * kRound + 2));
+    EXPECT_EQ(sweep(64, how), 1 + (2 + 2) + 2 * (1 * kRound + 2));
+  }
+  // At least as many passes as by elimination, which a kernel may fall back on.
+  EXPECT_LT(elimination, sweep(64, StripSolve::kReduction));
 }
 
 // 8 x 8 particles: 112 links, 4 colours of 28.

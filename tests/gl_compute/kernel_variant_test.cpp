@@ -138,8 +138,7 @@ TEST(KernelVariantTest, RefinementOfTiledCloths) {
   EXPECT_GT(CountTiledRefineLoops(*model, 32), 1000u);
 }
 
-// Strips that fit the lanes, if reduction takes fewer passes; the local size that is set has no
-// effect.
+// Strips that fit the lanes, others from both ends; the local size that is set has no effect.
 TEST(KernelVariantTest, ReductionOfStripsThatFitTheLanes) {
   DeviceTraits device = kHardware;
   device.strip_solve = StripSolve::kReduction;
@@ -150,10 +149,10 @@ TEST(KernelVariantTest, ReductionOfStripsThatFitTheLanes) {
   for (const uint32_t local_size : {0u, 8u, 1024u}) {
     device.local_size = local_size;
     EXPECT_EQ(solve_of(*GridModel(32, 32)), StripSolve::kReduction);
-    EXPECT_EQ(solve_of(*BuildModel(ChainDescription(33))), StripSolve::kReduction);
-    EXPECT_EQ(solve_of(*BuildModel(ChainDescription(34))), StripSolve::kElimination) << "33 links";
-    EXPECT_EQ(solve_of(*GridModel(8, 8)), StripSolve::kElimination) << "4 rounds for 7 links";
-    EXPECT_EQ(solve_of(*GridModel(33, 33)), StripSolve::kElimination) << "tiled";
+    EXPECT_EQ(solve_of(*BuildModel(ChainDescription(32))), StripSolve::kReduction);
+    EXPECT_EQ(solve_of(*BuildModel(ChainDescription(33))), StripSolve::kFromBothEnds);
+    EXPECT_EQ(solve_of(*GridModel(8, 8)), StripSolve::kReduction);
+    EXPECT_EQ(solve_of(*GridModel(33, 33)), StripSolve::kFromBothEnds) << "tiled";
     EXPECT_GE(VariantOf(*GridModel(32, 32), {}, device).local_size, 32u);
   }
   ClothParameters colours = test::PlainParameters();
@@ -163,6 +162,7 @@ TEST(KernelVariantTest, ReductionOfStripsThatFitTheLanes) {
   const std::string defines = VariantOf(*GridModel(32, 32), {}, device).Defines();
   EXPECT_THAT(defines, testing::StartsWith("#extension GL_KHR_shader_subgroup_basic : require\n"));
   EXPECT_THAT(defines, HasSubstr("#define HAS_SUBGROUPS\n"));
+  EXPECT_THAT(defines, HasSubstr("#define KEEPS_LANES\n")) << "one link of each phase";
   device.strip_solve = StripSolve::kReductionWithBarriers;
   EXPECT_EQ(solve_of(*GridModel(8, 8)), StripSolve::kReductionWithBarriers) << "wherever it can";
   const std::string with_barriers = VariantOf(*GridModel(32, 32), {}, device).Defines();

@@ -67,7 +67,7 @@ Result<ClothRoom> RoomMaker::Make(const std::shared_ptr<const SceneModel>& model
   const bool touches_itself = cloth.plan.Has(StepStage::kFindSelfContacts);
   Result<std::shared_ptr<const DeviceModel>> on_device = models_.Acquire(
       model, {.has_air_forces = cloth.plan.Has(StepStage::kApplyWind),
-              .has_strip_rows = device_.traits.strip_solve == StripSolve::kFromBothEnds,
+              .has_strip_rows = device_.traits.strip_solve != StripSolve::kElimination,
               .surface = touches_itself ? surfaces_.Get(model) : nullptr});
   if (!on_device.ok()) return on_device.status();
   const uint32_t pair_capacity =

@@ -7,6 +7,7 @@
 #include "server/solver/gl_compute/packing.h"
 #include "server/solver/gl_compute/regular_strips.h"
 #include "server/solver/gl_compute/self_contact_words.h"
+#include "server/solver/gl_compute/strip_lanes.h"
 #include "shaders/interface/bindings.h"
 
 namespace drape {
@@ -159,7 +160,7 @@ void PackTethers(const SceneModel& model, PackedModel& packed) {
   }
 }
 
-// What kernels that solve strips from both ends know of their links.
+// What kernels that solve strips by work groups or lanes know of their links.
 void PackStripRows(const SceneModel& model, bool is_resident, PackedModel& packed) {
   const StripSet& strips = model.strips();
   std::vector<uint32_t>& words = packed.words;
@@ -178,6 +179,10 @@ void PackStripRows(const SceneModel& model, bool is_resident, PackedModel& packe
   packed.layout.strip_rows = append(packed.rows.rows);
   packed.layout.strip_phase_blocks = append(packed.rows.phase_blocks);
   packed.layout.strip_blocks = append(packed.rows.block_strips);
+  if (!is_resident || !FitsInLanes(strips)) return;
+  const StripLanes lanes = FindStripLanes(strips);
+  packed.layout.strip_phase_lanes = append(lanes.phase_lanes);
+  packed.layout.strip_lanes = append(lanes.words);
 }
 
 void PackStrips(const SceneModel& model, PackedModel& packed) {

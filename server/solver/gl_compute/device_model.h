@@ -20,7 +20,7 @@ namespace drape {
 // What the cloths of a model need of it.
 struct ModelUse {
   bool has_air_forces = false;
-  bool has_strip_rows = false;  // strips are solved from both ends
+  bool has_strip_rows = false;  // strips are solved by work groups or lanes
   // Of a cloth that touches itself, else null. Such a cloth is not resident.
   std::shared_ptr<const ContactSurface> surface{};
 };

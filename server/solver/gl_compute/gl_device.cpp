@@ -34,10 +34,11 @@ Status CheckLimits(const gl::DeviceLimits& limits) {
                     " bytes of shared memory; 8 and 32768 are needed");
 }
 
-// From both ends hardware has two thirds of the instructions of a reduction (tests/bench/kernels).
-// A software renderer computes the invocations of a group in turn: nothing is gained by two.
-StripSolve StripSolveOf(bool is_software) {
-  return is_software ? StripSolve::kElimination : StripSolve::kFromBothEnds;
+// A software renderer computes the invocations of a group in turn: nothing is gained by several.
+StripSolve StripSolveOf(bool is_software, uint32_t shuffle_size) {
+  if (is_software) return StripSolve::kElimination;
+  const bool has_lanes = shuffle_size > 0 && shuffle_size % DRAPE_STRIP_LANES == 0;
+  return has_lanes ? StripSolve::kReduction : StripSolve::kFromBothEnds;
 }
 
 // Hardware rounds roots and divisions by 1 to 3 ulp, software renderers correctly
@@ -94,18 +95,19 @@ Result<GlDevice> GlDevice::Open(const GlBackendOptions& options, const GlTuning&
   const gl::DeviceLimits& limits = device.context->limits();
   DRAPE_RETURN_IF_ERROR(CheckLimits(limits));
   const bool is_software = device.context->is_software();
-  device.traits = {.is_software = is_software,
-                   .renderer = device.context->renderer(),
-                   .local_size = tuning.local_size,
-                   .refine_local_size = tuning.refine_local_size,
-                   .loop_budget = tuning.loop_budget != 0 ? tuning.loop_budget
-                                  : is_software           ? kSoftwareLoopBudget
-                                                          : kHardwareLoopBudget,
-                   .strip_solve = tuning.strip_solve.value_or(StripSolveOf(is_software)),
-                   .shares_record = tuning.share_record.value_or(
-                       !is_software && limits.shared_memory_bytes >= kRoomForRecords),
-                   .leaves_out_colliders = tuning.leave_out_colliders,
-                   .finds_regular_strips = tuning.find_regular_strips};
+  device.traits = {
+      .is_software = is_software,
+      .renderer = device.context->renderer(),
+      .local_size = tuning.local_size,
+      .refine_local_size = tuning.refine_local_size,
+      .loop_budget = tuning.loop_budget != 0 ? tuning.loop_budget
+                     : is_software           ? kSoftwareLoopBudget
+                                             : kHardwareLoopBudget,
+      .strip_solve = tuning.strip_solve.value_or(StripSolveOf(is_software, limits.shuffle_size)),
+      .shares_record = tuning.share_record.value_or(!is_software &&
+                                                    limits.shared_memory_bytes >= kRoomForRecords),
+      .leaves_out_colliders = tuning.leave_out_colliders,
+      .finds_regular_strips = tuning.find_regular_strips};
   device.runs_ahead = tuning.runs_ahead.value_or(!is_software);
   device.first_pairs_per_particle = tuning.first_pairs_per_particle != 0
                                         ? tuning.first_pairs_per_particle

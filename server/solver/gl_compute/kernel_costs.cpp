@@ -6,6 +6,7 @@
 #include "server/core/check.h"
 #include "server/solver/energy_watch.h"
 #include "server/solver/gl_compute/local_sizes.h"
+#include "server/solver/gl_compute/strip_lanes.h"
 #include "server/solver/solver_constants.h"
 #include "server/solver/strain_bins.h"
 #include "shaders/interface/bindings.h"
@@ -107,15 +108,15 @@ uint64_t BothEndsPasses(const StripSet& strips) {
   return strips.phase_count() * (kMostLevels + 4 * pins + 3 * longest + 1) + kLoopEnd;
 }
 
-// One sweep over the strips by reduction: each round takes a strip per group of lanes,
-// each with a loop over the levels and one over those of the maximum.
+// One sweep over the strips by reduction: each round has a loop over the levels, one over groups of
+// lanes that share memory, and one over the lanes where a particle moves too far.
 uint64_t ReductionPasses(const StripSet& strips, uint32_t lane_count) {
-  constexpr uint64_t kLevels = std::bit_width(DRAPE_STRIP_LANES - 1);
-  const uint64_t groups = lane_count / DRAPE_STRIP_LANES;
+  constexpr uint64_t kGroups = DRAPE_SHARED_LANES / DRAPE_STRIP_LANES;
+  constexpr uint64_t kRound =
+      1 + DRAPE_STRIP_LANE_LEVELS + kGroups + DRAPE_STRIP_LANES + 3 * kLoopEnd;
   uint64_t passes = strips.phase_count() + kLoopEnd;
-  for (uint32_t phase = 0; phase < strips.phase_count(); ++phase) {
-    const uint64_t strips_of_phase = strips.phase_offsets[phase + 1] - strips.phase_offsets[phase];
-    passes += RoundsFor(strips_of_phase, groups) * (1 + 2 * (kLevels + kLoopEnd)) + kLoopEnd;
+  for (const uint32_t lanes : CountStripLanes(strips)) {
+    passes += RoundsFor(lanes, lane_count) * kRound + kLoopEnd;
   }
   return passes;
 }
@@ -125,9 +126,7 @@ uint64_t StripPasses(const StripSet& strips, uint32_t local_size, StripSolve str
   const uint64_t elimination = EliminationPasses(strips, local_size);
   if (strip_solve == StripSolve::kElimination) return elimination;
   if (strip_solve == StripSolve::kFromBothEnds) return BothEndsPasses(strips);
-  const bool has_subgroups = strip_solve == StripSolve::kReduction;
-  const uint32_t lane_count = has_subgroups ? local_size : std::min(local_size, DRAPE_SHARED_LANES);
-  return std::max(elimination, ReductionPasses(strips, lane_count));
+  return std::max(elimination, ReductionPasses(strips, LaneCount(strip_solve, local_size)));
 }
 
 // A line of elastic elements: forwards and back.
@@ -298,10 +297,6 @@ uint64_t LongestStrip(const StripSet& strips) {
     longest = std::max<uint64_t>(longest, strips.strip_offsets[s + 1] - strips.strip_offsets[s]);
   }
   return longest;
-}
-
-bool IsReductionShorter(const StripSet& strips, uint32_t local_size) {
-  return ReductionPasses(strips, local_size) < EliminationPasses(strips, local_size);
 }
 
 LoopCosts CountResidentLoops(const PlannedCloth& cloth, uint32_t local_size,

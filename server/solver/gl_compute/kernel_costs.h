@@ -25,11 +25,6 @@ LoopCosts CountResidentLoops(const PlannedCloth& cloth, uint32_t local_size,
 // Links of the longest strip; 0 without strips.
 uint64_t LongestStrip(const StripSet& strips);
 
-// Whether an invocation makes fewer passes in a sweep over the strips if groups of lanes reduce
-// them than if each invocation eliminates its own. Needs strips of at most DRAPE_STRIP_LANES links
-// and a local size of at least DRAPE_STRIP_LANES.
-bool IsReductionShorter(const StripSet& strips, uint32_t local_size);
-
 // Passes of one invocation of `tiled_refine` if every link is refined.
 uint64_t CountTiledRefineLoops(const SceneModel& model, uint32_t local_size);
 

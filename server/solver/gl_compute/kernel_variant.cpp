@@ -8,6 +8,7 @@
 #include "server/solver/gl_compute/local_sizes.h"
 #include "server/solver/gl_compute/regular_strips.h"
 #include "server/solver/gl_compute/self_contact_words.h"
+#include "server/solver/gl_compute/strip_lanes.h"
 #include "server/solver/gl_compute/strip_rows.h"
 #include "shaders/interface/bindings.h"
 
@@ -67,20 +68,22 @@ Status FitSelfContacts(const SceneModel& model, const DeviceTraits& device,
   return Status::Ok();
 }
 
-// Decided by the local size of the table, not by the one that is set: the way a strip is solved
-// changes bits, and the local size must not.
+// The way a strip is solved changes bits, and the local size must not.
 StripSolve ChooseStripSolve(const SceneModel& model, uint32_t capacity,
                             const DeviceTraits& device) {
   const StripSet& strips = model.strips();
-  if (device.strip_solve == StripSolve::kFromBothEnds) {
-    return FitsInRows(strips, capacity) ? device.strip_solve : StripSolve::kElimination;
-  }
-  if (LongestStrip(strips) > DRAPE_STRIP_LANES) return StripSolve::kElimination;
-  if (device.strip_solve != StripSolve::kReduction) return device.strip_solve;
-  DeviceTraits usual = device;
-  usual.local_size = 0;
-  const uint32_t local_size = std::max(LocalSizeFor(capacity, usual), DRAPE_STRIP_LANES);
-  return IsReductionShorter(strips, local_size) ? StripSolve::kReduction : StripSolve::kElimination;
+  if (device.strip_solve == StripSolve::kElimination) return device.strip_solve;
+  if (capacity == 0) return StripSolve::kFromBothEnds;
+  if (IsReduction(device.strip_solve) && FitsInLanes(strips)) return device.strip_solve;
+  return FitsInRows(strips, capacity) ? StripSolve::kFromBothEnds : StripSolve::kElimination;
+}
+
+// Whether lanes have so few links that they stay in registers.
+bool KeepsLanes(const SceneModel& model, const KernelVariant& variant) {
+  if (!IsReduction(variant.strip_solve) || model.strips().phase_count() > 2) return false;
+  const uint32_t lane_count = LaneCount(variant.strip_solve, variant.local_size);
+  return std::ranges::all_of(CountStripLanes(model.strips()),
+                             [&](uint32_t lanes) { return lanes <= lane_count; });
 }
 
 // Cuts the step into parts where it is too long for one dispatch; more invocations per work group
@@ -115,7 +118,7 @@ uint32_t CapacityFor(const PlannedCloth& cloth, const DeviceTraits& device) {
   const uint32_t particles = cloth.model.particle_count();
   if (particles <= 64) return 64;
   if (particles <= 256) return 256;
-  const bool has_half = device.strip_solve == StripSolve::kFromBothEnds;
+  const bool has_half = device.strip_solve != StripSolve::kElimination;
   return has_half && particles <= 512 ? 512 : kMaxResidentParticles;
 }
 
@@ -166,10 +169,12 @@ std::string KernelVariant::Defines() const {
   std::ostringstream text;
   if (strip_solve == StripSolve::kReduction) {
     text << "#extension GL_KHR_shader_subgroup_basic : require\n"
+         << "#extension GL_KHR_shader_subgroup_ballot : require\n"
          << "#extension GL_KHR_shader_subgroup_shuffle : require\n"
          << "#define HAS_SUBGROUPS\n";
   }
   if (IsReduction(strip_solve)) text << "#define HAS_STRIP_REDUCTION\n";
+  if (keeps_lanes) text << "#define KEEPS_LANES\n";
   if (strip_solve == StripSolve::kFromBothEnds) {
     text << "#define HAS_STRIP_HALVES\n"
          << "#define STRIP_ROWS " << (is_tiled() ? local_size : capacity) << "\n";
@@ -203,7 +208,7 @@ Result<VariantChoice> ChooseVariant(const PlannedCloth& cloth, const DeviceTrait
   variant.capacity = CapacityFor(cloth, device);
   variant.local_size = LocalSizeFor(variant.capacity, device);
   variant.traits = TraitsOf(cloth, device);
-  if (variant.Has(StepStage::kSolveStrips) && !variant.is_tiled()) {
+  if (variant.Has(StepStage::kSolveStrips)) {
     variant.strip_solve = ChooseStripSolve(cloth.model, variant.capacity, device);
   }
   variant.shares_record = device.shares_record && !variant.is_tiled();
@@ -211,15 +216,13 @@ Result<VariantChoice> ChooseVariant(const PlannedCloth& cloth, const DeviceTrait
     variant.local_size = std::max(variant.local_size, DRAPE_STRIP_LANES);
   }
   // An invocation has one link of a phase.
-  if (variant.strip_solve == StripSolve::kFromBothEnds) variant.local_size = variant.capacity;
+  const bool has_rows = variant.strip_solve == StripSolve::kFromBothEnds;
+  if (has_rows && !variant.is_tiled()) variant.local_size = variant.capacity;
   if (variant.Has(StepStage::kSolveStrips) && variant.is_tiled()) {
-    variant.strip_local_size = variant.local_size;
-    if (device.strip_solve == StripSolve::kFromBothEnds) {
-      variant.strip_solve = device.strip_solve;
-      variant.strip_local_size = LeastRows(cloth.model.strips());
-    }
+    variant.strip_local_size = has_rows ? LeastRows(cloth.model.strips()) : variant.local_size;
   }
   DRAPE_RETURN_IF_ERROR(FitLoops(cloth, device, choice));
+  variant.keeps_lanes = KeepsLanes(cloth.model, variant);
   return choice;
 }
 

@@ -34,6 +34,7 @@ struct KernelVariant {
   // (kernel_costs.h); 0: it takes one.
   uint32_t loop_budget = 0;
   StripSolve strip_solve = StripSolve::kElimination;
+  bool keeps_lanes = false;    // each lane its links, in registers; changes no bit
   bool shares_record = false;  // of the cloth, among the invocations; changes no bit
   TraitSet traits;
 
@@ -53,8 +54,8 @@ struct DeviceTraits {
   uint32_t local_size = 0;         // 0: what suits the device (local_sizes.h)
   uint32_t refine_local_size = 0;  // 0: like local_size
   uint32_t loop_budget = 0;        // passes through loops per dispatch and invocation
-  // The way to solve strips, of resident cloths or from both ends. By reduction only short ones,
-  // and only if that takes fewer passes (IsReductionShorter).
+  // The way to solve strips. By reduction only short ones of resident cloths, the others from both
+  // ends.
   StripSolve strip_solve = StripSolve::kElimination;
   // Whether resident kernels keep the record of their cloth in shared memory, where it takes no
   // registers.

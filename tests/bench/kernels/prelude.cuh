@@ -149,6 +149,7 @@ GLSL vec4 subgroupShuffle(vec4 v, uint lane) {
   return {subgroupShuffle(v.x, lane), subgroupShuffle(v.y, lane), subgroupShuffle(v.z, lane),
           subgroupShuffle(v.w, lane)};
 }
+GLSL uvec4 subgroupBallot(bool flag) { return {__ballot_sync(~0u, flag), 0u, 0u, 0u}; }
 
 #define gl_LocalInvocationID threadIdx
 #define gl_WorkGroupID blockIdx

@@ -16,7 +16,10 @@ ROUNDS = {
     ("RunSubsteps", "progress"): "1",  # what is counted is one substep
     ("Solve", "outcome"): "max_iterations",
     ("SolveStrips", "phase"): "strip_phase_count",
-    ("ReduceStrips", "round"): "ceil(strips_per_phase / (local_size / 32))",
+    # By lanes: as many particles as there are invocations, or more, in whole groups of lanes.
+    ("ReduceStrips", "first"): "ceil(ceil(strips_per_phase / (32 // (links_per_strip + 1))) * 32 / local_size)",
+    ("ReduceLink", "level"): "5",
+    ("TakeLargest", "lane"): "32",
     ("EliminateStrip", "k"): "links_per_strip",
     ("ApplyImpulses", "k"): "links_per_strip",
     # From both ends: two invocations per system; of two phases one has a strip that meets pins, which takes all levels.
@@ -59,7 +62,7 @@ LISTS = {
 
 # What only the warps run that have systems, of those that run MeetStrips.
 OF_HALVES = {"EliminateRows", "MeetingImpulse", "SubstituteBack"}
-RARE = {"RemoveExcess"}
+RARE = {"RemoveExcess", "TakeLargest"}
 
 
 def warps_of(chain, sizes):

@@ -15,6 +15,7 @@ TurnTaker::TurnTaker(std::unique_ptr<Backend> backend, const test::Scene& start,
     scene.parameters.gravity_m_per_s2 = gravity_m_per_s2;
     items_.push_back({test::CreateCloth(*backend_, scene), {}, false});
   }
+  RaiseClocks(*backend_, items_);
 }
 
 double TurnTaker::Turn_ms(double turn_s) {
