@@ -36,6 +36,7 @@ smoke+=':*/BitExactnessTest.*/gl*:GlBackendTest.FreeFallIsExact:GlBackendTest.Ha
 # Parts of `drape_bench speed` and their shares of its time [%]; those that matter most on a GPU come first.
 speed_parts=(cost:35 limits:5 local_sizes:30 skips:10 curve:10 service:10)
 files=(shaders client/examples tests/bench/scenes)
+preloads=(liblost_device.so)  # that suites put before the driver
 max_pack_mib=50  # of DIR.tar.gz
 
 # Loaded by name at run time, so ldd does not list them: the vendor-neutral loader of GL drivers.
@@ -66,10 +67,11 @@ pack() {
   for suite in "${suites[@]}"; do
     if grep -qx "$suite" <<<"$targets"; then built+=("$suite"); else absent+=("$suite"); fi
   done
-  ninja -C build/release "${programs[@]}" "${built[@]}"
+  ninja -C build/release "${programs[@]}" "${built[@]}" "${preloads[@]/#/bin/}"
   rm -rf "${dir:?}"/{bin,lib,lib-if-missing,shaders,client,tests}
   mkdir -p "$dir"/{bin,lib,lib-if-missing}
   for program in "${programs[@]}" "${built[@]}"; do strip -o "$dir/bin/$program" "build/release/bin/$program"; done
+  for name in "${preloads[@]}"; do cp "build/release/bin/$name" "$dir/bin/"; done
   shared_libraries "$dir" | while read -r name path; do
     if [[ $name =~ $if_missing ]]; then cp -L "$path" "$dir/lib-if-missing/$name"; else cp -L "$path" "$dir/lib/$name"; fi
   done
