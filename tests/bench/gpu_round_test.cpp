@@ -106,7 +106,7 @@ TEST_F(GpuRoundTest, SpeedIsMeasuredPartByPart) {
     last = call;
   }
   EXPECT_THAT(ReadText(calls),
-              HasSubstr("--parts=cost --backends=cpu,gl,gl_elimination,gl_shuffles "));
+              HasSubstr("--parts=cost --backends=cpu,gl,gl_both_ends,gl_elimination "));
   EXPECT_THAT(ReadText(calls), ContainsRegex(last + ".*\nall "));
 }
 

@@ -39,7 +39,7 @@ void AddCommonOptions(CLI::App& app, CommandLine& line) {
   BenchOptions& bench = line.bench;
   app.add_option("--backends", bench.backends, "measured side by side")
       ->delimiter(',')
-      ->check(CLI::IsMember({"cpu", "gl", "gl_elimination", "gl_shuffles", "reference"}));
+      ->check(CLI::IsMember({"cpu", "gl", "gl_both_ends", "gl_elimination", "reference"}));
   app.add_flag("--quick", bench.is_quick,
                "small sizes, few repeats: only checks that everything works");
   app.add_option("--machine", bench.machine, "folder of the results; default: processor and GPU");

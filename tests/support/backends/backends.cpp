@@ -34,8 +34,6 @@ std::unique_ptr<Backend> MakeBackend(const std::string& name) {
   GlTuning tuning;
   if (name == "gl_reduction") {
     tuning.strip_solve = StripSolve::kReductionWithBarriers;
-  } else if (name == "gl_shuffles") {
-    tuning.strip_solve = StripSolve::kReduction;
   } else if (name == "gl_both_ends") {
     tuning.strip_solve = StripSolve::kFromBothEnds;
   } else if (name == "gl_elimination") {

@@ -16,16 +16,16 @@ std::vector<std::string> BackendNames();
 std::vector<std::string> FloatBackendNames();
 
 // Single precision, and "gl_reduction": "gl" that solves short strips by cyclic reduction even on a
-// device without subgroups, with barriers, and "gl_both_ends": "gl" as on hardware, with strips
-// from both ends. For tests of strips.
+// device without subgroups, with barriers, and "gl_both_ends": "gl" with strips
+// from both ends, as on hardware long ones. For tests of strips.
 std::vector<std::string> StripBackendNames();
 
 // Whether a backend may solve strips by cyclic reduction, wholly or, from both ends, at first.
 bool HasReduction(const Backend& backend);
 
-// A new backend on the calling thread: of those above, or "gl_elimination" and "gl_shuffles" (by
-// cyclic reduction in subgroups), for measurements of the gain. One that cannot be created ends the
-// process with the reason: a test never passes because its backend was missing.
+// A new backend on the calling thread: of those above, or "gl_elimination", for measurements of the
+// gain. One that cannot be created ends the process with the reason: a test never passes because
+// its backend was missing.
 std::unique_ptr<Backend> MakeBackend(const std::string& name);
 
 // One instance per process, made at first use, for tests that cannot afford a new device. Only on
