@@ -27,6 +27,7 @@
 #define DRAPE_UNIFORM_PHASE 8
 #define DRAPE_UNIFORM_IS_OF_JOINTS 9
 #define DRAPE_UNIFORM_ROUND 10
+#define DRAPE_UNIFORM_INTEGRATES 11
 
 // Before, within or after a substep: values of the uniform `place`.
 #define DRAPE_KICK_BEFORE 0u

@@ -57,7 +57,7 @@ TEST(KernelTraitsTest, TiledKernelsReadTheTraitsOfTheirRows) {
     ASSERT_TRUE(source.ok()) << source.status().ToString();
     const std::set<std::string> asked = WordsOf(source->text);
     for (const std::string& word :
-         WordsOf((kernel.reads | kernel.reads_with_colliders).Defines())) {
+         WordsOf(kernel.reads.Defines())) {
       EXPECT_TRUE(asked.contains(word)) << kernel.file << " does not ask for " << word;
     }
   }

@@ -83,9 +83,8 @@ constexpr TiledKernel kTiledKernels[] = {
     {"tiled_apply_wind", {kApplyWind}, {}, &Kernels::tiled_apply_wind},
     {"tiled_predict",
      {kPredict},
-     {kTwoSteps, kSpringForces, kRestitution, kQuietLinks},
-     &Kernels::tiled_predict,
-     kColliderTraits},
+     kContactTraits | TraitSet{kTwoSteps, kSpringForces, kQuietLinks, kDamping},
+     &Kernels::tiled_predict},
     {"tiled_solve_elastic", {kSolveElastic}, {kTwoSteps}, &Kernels::tiled_solve_elastic},
     {"tiled_apply_cells", {kSolveElastic}, {}, &Kernels::tiled_apply_cells},
     {"tiled_hinge_impulses",
@@ -166,9 +165,6 @@ constexpr TiledKernel kTiledKernels[] = {
 // The part of the variant that the kernel depends on, so that variants share programs.
 KernelVariant Narrowed(const KernelVariant& variant, const TiledKernel& kernel) {
   TraitSet reads = kernel.reads | TraitSet{kGrips};  // whoever reads an inverse mass
-  if (variant.Has(kRestitution) || variant.Has(kQuietLinks)) {
-    reads = reads | kernel.reads_with_colliders;
-  }
   KernelVariant narrowed{.local_size = variant.*kernel.local_size,
                          .traits = variant.traits & reads};
   if (kernel.local_size == &KernelVariant::strip_local_size) {

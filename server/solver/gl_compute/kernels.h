@@ -65,7 +65,6 @@ struct TiledKernel {
   TraitSet needed_by = {};  // any of these
   TraitSet reads = {};      // traits that its code depends on
   const gl::Program* StepKernels::*program = nullptr;
-  TraitSet reads_with_colliders = {};  // the same, with restitution or quiet links
   uint32_t KernelVariant::*local_size = &KernelVariant::local_size;
 };
 std::span<const TiledKernel> TiledKernels();

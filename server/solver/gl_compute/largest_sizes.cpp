@@ -24,6 +24,7 @@ void AddSubsteps(const SubstepSchedule& schedule, std::vector<SubstepWork>& subs
     work.kicks_within |= substep.kick_within_s > 0;
     work.kicks_after |= substep.kick_after_s > 0;
     work.damps_twist |= substep.twist_share > 0;
+    work.is_last |= index + 1 == schedule.size();
   }
 }
 

@@ -17,6 +17,7 @@ struct SubstepWork {
   bool kicks_within = false;
   bool kicks_after = false;
   bool damps_twist = false;
+  bool is_last = false;
 };
 
 // A family of elastic elements that is solved by lines, in any cloth of a group.

@@ -69,7 +69,7 @@ class TiledStep {
     }
     if (progress.part == Part::kSweeps) {
       if (!Solve(substep, progress.sweep, pause)) return false;
-      Integrate(substep);
+      if (!IsIntegratedByNext(substep)) Integrate(substep);
       progress.part = Part::kVelocitySweeps;
       progress.sweep = 0;
     }
@@ -77,6 +77,15 @@ class TiledStep {
     PlacePins(substep);
     if (largest_.substeps[substep].kicks_after) Kick(substep, DRAPE_KICK_AFTER);
     return true;
+  }
+
+  // Whether nothing comes between its sweeps and the next prediction but integrate and
+  // correct_velocity: then one kernel does all three.
+  bool IsIntegratedByNext(uint32_t substep) const {
+    const bool has_kicks = Has(StepStage::kApplySprings) || Has(StepStage::kApplyElastic) ||
+                           Has(StepStage::kApplyWind) || Has(Feature::kSpringForces);
+    return !has_kicks && !Has(StepStage::kSolveVelocity) && !Has(StepStage::kFindSelfContacts) &&
+           !largest_.substeps[substep].is_last;
   }
 
   // One work group per cloth.
@@ -231,6 +240,8 @@ class TiledStep {
       DispatchKick(*kernels_.tiled_spring_accelerations, substep, DRAPE_KICK_BEFORE,
                    largest_.particles);
     }
+    const bool integrates = substep > 0 && IsIntegratedByNext(substep - 1);
+    kernels_.tiled_predict->SetUniform(DRAPE_UNIFORM_INTEGRATES, integrates ? 1 : 0);
     DispatchParticles(*kernels_.tiled_predict, substep);
   }
 
@@ -417,7 +428,8 @@ class TiledStep {
   }
 
   void PlacePins(uint32_t substep) {
-    if (Has(Feature::kPins)) DispatchElements(*kernels_.tiled_place_pins, substep, largest_.pins);
+    if (!Has(Feature::kPins) || !largest_.substeps[substep].is_last) return;
+    DispatchElements(*kernels_.tiled_place_pins, substep, largest_.pins);
   }
 
   const StepKernels& kernels_;
