@@ -81,6 +81,12 @@ class Source:
 # A loop of the machine code belongs to the innermost statement that most of its instructions come from. Not all do:
 # the compiler moves some, and joins equal ones.
 MOST = 0.8
+FEW = 0.3
+
+
+def is_unrolled(source, line):
+    return any(source.functions[line] == function and source.lines[line].strip().startswith(text)
+               for function, text in rounds.UNROLLED)
 
 
 def heads_of(source, instructions, blocks, loops):
@@ -91,15 +97,17 @@ def heads_of(source, instructions, blocks, loops):
         count_of = {}
         for instruction in inside:
             for line in {head for place in instruction.lines for head in source.loops_around[place]}:
-                count_of[line] = count_of.get(line, 0) + 1
+                if not is_unrolled(source, line):
+                    count_of[line] = count_of.get(line, 0) + 1
         taken = {heads[other] for other in loops if other in heads and other.blocks < loop.blocks}
         fitting = [line for line, count in count_of.items() if count >= MOST * len(inside) and line not in taken]
         if not fitting:  # few of them stayed where they were
             left = [line for line in count_of if line not in taken]
             most = max((count_of[line] for line in left), default=0)
-            fitting = [line for line in left if count_of[line] == most]
-        if not fitting and not any("RunSubsteps" in source.chain(instruction) for instruction in inside):
-            continue  # a copy of the record that the compiler made a loop: once in a step
+            # Of one statement the compiler may make two loops, one in the other: the outer one is left without any.
+            fitting = [line for line in left if count_of[line] == most and most >= FEW * len(inside)]
+        if not fitting and (count_of or not any("RunSubsteps" in source.chain(one) for one in inside)):
+            continue  # the outer one of two, or a copy of the record that the compiler made a loop: once in a step
         if not fitting:
             address = instructions[blocks[loop.head][0]].address
             raise SystemExit(f"kernels/count.py: no statement for the loop at {address:#x}")

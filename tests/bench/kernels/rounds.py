@@ -18,7 +18,6 @@ ROUNDS = {
     ("SolveStrips", "phase"): "strip_phase_count",
     # By lanes: as many particles as there are invocations, or more, in whole groups of lanes.
     ("ReduceStrips", "first"): "ceil(ceil(strips_per_phase / (32 // (links_per_strip + 1))) * 32 / local_size)",
-    ("ReduceLink", "level"): "5",
     ("TakeLargest", "lane"): "32",
     ("EliminateStrip", "k"): "links_per_strip",
     ("ApplyImpulses", "k"): "links_per_strip",
@@ -59,6 +58,9 @@ LISTS = {
     ("FindReach", "c"): "collider_count",
 }
 
+
+# Loops that compilers unroll: no loop of the machine code is theirs.
+UNROLLED = {("ReduceLink", "for (uint level")}
 
 # What only the warps run that have systems, of those that run MeetStrips.
 OF_HALVES = {"EliminateRows", "MeetingImpulse", "SubstituteBack"}
