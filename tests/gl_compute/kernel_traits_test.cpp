@@ -56,8 +56,7 @@ TEST(KernelTraitsTest, TiledKernelsReadTheTraitsOfTheirRows) {
         library.Assemble("kernels/" + std::string(kernel.file) + ".comp", "");
     ASSERT_TRUE(source.ok()) << source.status().ToString();
     const std::set<std::string> asked = WordsOf(source->text);
-    for (const std::string& word :
-         WordsOf(kernel.reads.Defines())) {
+    for (const std::string& word : WordsOf(kernel.reads.Defines())) {
       EXPECT_TRUE(asked.contains(word)) << kernel.file << " does not ask for " << word;
     }
   }

@@ -68,7 +68,7 @@ TEST(StripReductionTest, LongStripsAreSolvedFromBothEnds) {
 }
 
 // With subgroups, shuffles pass on the same values as barriers do. Without subgroups, the compiler
-// refuses the shuffles, and elimination is used.
+// refuses the shuffles.
 TEST(StripReductionTest, ShufflesGiveTheBitsOfBarriers) {
   const auto context = gl::Context::Create({});
   ASSERT_TRUE(context.ok());
@@ -76,7 +76,7 @@ TEST(StripReductionTest, ShufflesGiveTheBitsOfBarriers) {
   const bool has_lanes = shuffle_size > 0 && shuffle_size % 32 == 0;
   const std::unique_ptr<Backend> shuffles = MakeGlBackend({.strip_solve = StripSolve::kReduction});
   const std::unique_ptr<Backend> expected = MakeGlBackend(
-      {.strip_solve = has_lanes ? StripSolve::kReductionWithBarriers : StripSolve::kElimination});
+      {.strip_solve = has_lanes ? StripSolve::kReductionWithBarriers : StripSolve::kFromBothEnds});
   for (const uint32_t rows : {1u, 7u}) {
     for (const Direction direction : {Direction::kAtEnd, Direction::kAtStart}) {
       EXPECT_EQ(ThrownSheet(*shuffles, 30, rows, direction),
@@ -85,18 +85,20 @@ TEST(StripReductionTest, ShufflesGiveTheBitsOfBarriers) {
   }
 }
 
-// A driver that compiles everything but reduction.
-TEST(StripReductionTest, EliminationWhereTheDeviceRefusesReduction) {
+// A driver that compiles everything but reduction, and one that compiles elimination alone.
+TEST(StripReductionTest, AnotherWayWhereTheDeviceRefuses) {
   const std::filesystem::path folder =
       std::filesystem::path(testing::TempDir()) / "refused_reduction";
   std::filesystem::create_directories(folder / "stages");
-  std::ofstream(folder / "stages" / "lanes.glsl") << "#error no lanes here\n";
-  const std::unique_ptr<Backend> refusing = MakeGlBackend(
-      {.strip_solve = StripSolve::kReductionWithBarriers}, {.shader_dir = folder.string()});
-  const std::unique_ptr<Backend> elimination =
-      MakeGlBackend({.strip_solve = StripSolve::kElimination});
-  for (int again = 0; again < 2; ++again) {
-    EXPECT_EQ(ThrownSheet(*refusing, 16, 16), ThrownSheet(*elimination, 16, 16));
+  for (const auto& [stage, way] : {std::pair{"lanes.glsl", StripSolve::kFromBothEnds},
+                                   std::pair{"meet_strips.glsl", StripSolve::kElimination}}) {
+    std::ofstream(folder / "stages" / stage) << "#error not here\n";
+    const std::unique_ptr<Backend> refusing = MakeGlBackend(
+        {.strip_solve = StripSolve::kReductionWithBarriers}, {.shader_dir = folder.string()});
+    const std::unique_ptr<Backend> expected = MakeGlBackend({.strip_solve = way});
+    for (int again = 0; again < 2; ++again) {
+      EXPECT_EQ(ThrownSheet(*refusing, 16, 16), ThrownSheet(*expected, 16, 16)) << stage;
+    }
   }
   std::filesystem::remove_all(folder);
 }

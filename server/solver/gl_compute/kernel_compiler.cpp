@@ -75,8 +75,10 @@ Result<KernelChoice> ChooseKernels(
     if (!choice.ok()) return choice.status();
     const Result<const StepKernels*> kernels = compile(choice->variant);
     if (kernels.ok()) return KernelChoice{std::move(choice).value(), kernels.value()};
-    if (choice->variant.strip_solve == StripSolve::kElimination) return kernels.status();
-    traits.strip_solve = StripSolve::kElimination;
+    const StripSolve refused = choice->variant.strip_solve;
+    if (refused == StripSolve::kElimination) return kernels.status();
+    traits.strip_solve =
+        IsReduction(refused) ? StripSolve::kFromBothEnds : StripSolve::kElimination;
   }
 }
 
@@ -88,8 +90,8 @@ void KernelCompiler::Prepare(const SceneModel& model, const ClothParameters& par
   if (!usual->choice.variant.Has(Feature::kEnergyWatch) || !HasCalmerScheme(cloth.plan)) return;
   const ClothParameters calmer = WithCalmerScheme(parameters);
   DeviceTraits traits = traits_;
-  if (usual->choice.variant.strip_solve == StripSolve::kElimination) {
-    traits.strip_solve = StripSolve::kElimination;  // perhaps the device refused another way
+  if (usual->choice.variant.Has(StepStage::kSolveStrips)) {
+    traits.strip_solve = usual->choice.variant.strip_solve;  // perhaps the device refused another
   }
   const Result<VariantChoice> choice = ChooseVariant(PlanOnDevice(model, calmer), traits);
   if (choice.ok()) CompileLater(choice->variant);

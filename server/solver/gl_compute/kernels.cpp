@@ -255,7 +255,7 @@ Result<const StepKernels*> KernelCache::ForVariant(const KernelVariant& variant)
     const Result<const gl::Program*> program = Compile("resident_step", variant.Defines());
     if (!program.ok()) {
       if (variant.strip_solve != StripSolve::kElimination) {
-        spdlog::warn("strips_by_elimination reason=\"{}\"", program.status().message());
+        spdlog::warn("strips_another_way reason=\"{}\"", program.status().message());
         const std::lock_guard lock(mutex_);
         refused_.emplace(variant, program.status());
       }
