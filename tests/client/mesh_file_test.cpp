@@ -75,6 +75,15 @@ TEST_F(MeshFileTest, AllObjectsOfAFileAreOneMesh) {
   EXPECT_THAT(Unpack<uint32_t>(mesh.triangles()), ElementsAre(0u, 1u, 2u, 3u, 4u, 5u));
 }
 
+// Skin weights, lines, tags and groups are none of ours, whatever is in them.
+TEST_F(MeshFileTest, OtherStatementsAreLeftOut) {
+  const v1::Mesh mesh = Load(
+      "mtllib gone.mtl\nv 0 0 0\nvw 0 7e25 1\n  v 1 0 0\rl 1 99\nvt 0 0\nv 0 1 0\r\n"
+      "t x 99999999999/1/1\ng a b\ns off\n\tf 1/1 2/1 3/-1\np 1e30\n");
+  EXPECT_THAT(mesh.positions_m().shape(), ElementsAre(3u, 3u));
+  EXPECT_THAT(Unpack<uint32_t>(mesh.triangles()), ElementsAre(0u, 1u, 2u));
+}
+
 TEST_F(MeshFileTest, RefusesWithAReason) {
   EXPECT_THAT(Refusal("v 0 0 0\nv 1 0 0\nv 0 0 1\n"), HasSubstr("no faces"));
   EXPECT_THAT(Refusal(""), HasSubstr("no faces"));

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <fstream>
 #include <iterator>
+#include <sstream>
 #include <string>
 #include <string_view>
 #include <system_error>
@@ -82,16 +83,25 @@ bool IsFiniteNumber(std::string_view word) {
   return error == std::errc() && end == word.data() + word.size() && std::isfinite(value);
 }
 
-// Refuses incomplete vertices, which the loader would complete with zeros.
-void CheckVertices(const std::filesystem::path& path) {
+// The statements of the file that faces need, each on its line; the others may hold what the loader
+// takes for numbers without a look at their range. Refuses incomplete vertices, which the loader
+// would complete with zeros.
+std::string ReadGeometry(const std::filesystem::path& path) {
   std::ifstream file(path, std::ios::binary);
   const std::string text(std::istreambuf_iterator<char>(file), {});
+  std::string geometry;
   size_t line_number = 1;
   for (size_t begin = 0; begin < text.size(); ++line_number) {
     const size_t end = std::min(text.find_first_of("\r\n", begin), text.size());
-    std::string_view line = std::string_view(text).substr(begin, end - begin);
+    const std::string_view whole = std::string_view(text).substr(begin, end - begin);
     begin = end + (text.compare(end, 2, "\r\n") == 0 ? 2 : 1);
-    if (TakeWord(&line) != "v") continue;
+    std::string_view line = whole;
+    const std::string_view statement = TakeWord(&line);
+    if (statement == "v" || statement == "vt" || statement == "vn" || statement == "f") {
+      geometry += whole;
+    }
+    geometry += '\n';
+    if (statement != "v") continue;
     for (int axis = 0; axis < 3; ++axis) {
       const std::string_view word = TakeWord(&line);
       if (IsFiniteNumber(word)) continue;
@@ -99,6 +109,7 @@ void CheckVertices(const std::filesystem::path& path) {
                               "numbers, got " + (word.empty() ? "fewer" : std::string(word)));
     }
   }
+  return geometry;
 }
 
 }  // namespace
@@ -107,7 +118,7 @@ v1::Mesh LoadMesh(const std::filesystem::path& path, double scale_m) {
   if (!std::filesystem::is_regular_file(path)) {
     throw LocalError(ErrorCode::kNotFound, "NO_MESH_FILE", "no mesh file " + path.string());
   }
-  CheckVertices(path);
+  std::istringstream geometry(ReadGeometry(path));
   tinyobj::attrib_t attributes;
   std::vector<tinyobj::shape_t> shapes;
   std::vector<tinyobj::material_t> materials;
@@ -115,7 +126,7 @@ v1::Mesh LoadMesh(const std::filesystem::path& path, double scale_m) {
   std::string error;
   // The loader does not triangulate here, because it splits quads along the shorter diagonal.
   const bool is_read = tinyobj::LoadObj(&attributes, &shapes, &materials, &warning, &error,
-                                        path.c_str(), nullptr, /*triangulate=*/false);
+                                        &geometry, nullptr, /*triangulate=*/false);
   if (!is_read) throw BadMesh(path, error.empty() ? "not a Wavefront OBJ file" : error);
 
   const size_t vertex_count = attributes.vertices.size() / 3;
