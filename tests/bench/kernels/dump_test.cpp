@@ -32,8 +32,9 @@ TEST(DumpKernelsTest, EachProgramIsWholeAndTheSizesAreThoseOfItsCloth) {
   }
   EXPECT_EQ(resident, 8);
   EXPECT_EQ(programs[0]["name"], "two_corners.resident_step");
-  EXPECT_EQ(programs[0]["strips"], "both_ends");
+  EXPECT_EQ(programs[0]["strips"], "reduction");
   EXPECT_EQ(programs[1]["strips"], "elimination");
+  EXPECT_EQ(programs[2]["strips"], "both_ends");
   const nlohmann::json& sizes = programs[0]["sizes"];
   EXPECT_EQ(sizes["particle_count"], 1024);
   EXPECT_EQ(sizes["strips_per_phase"], 32);
