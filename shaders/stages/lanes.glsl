@@ -23,7 +23,7 @@ uint Lane() { return gl_SubgroupInvocationID % DRAPE_STRIP_LANES; }
 vec4 offered;
 
 // Offers a value to the other lanes, which may take it until the next offer. No barrier of the subgroup: the control
-// flow is uniform, and one doubled the time of a step (server/gl/drivers.md).
+// flow is uniform, and it is slow (server/gl/drivers.md).
 void Offer(vec4 value) { offered = value; }
 vec4 OfferOf(uint lane) { return subgroupShuffle(offered, gl_SubgroupInvocationID - Lane() + lane); }
 

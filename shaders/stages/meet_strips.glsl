@@ -267,9 +267,6 @@ void SubstituteBack(HalfSystem mine) {
   }
 }
 
-// Whether MoveRatioSq of this change is above 1, without the quotient.
-bool MovesFar(vec3 change, float rest_length) { return Dot(change, change) > MoveLimitSq(rest_length); }
-
 // The changes of velocity of the particles of a link, its second one and, at the first link of a strip, its first one,
 // by the pulls in the rows [m/s].
 struct EndChanges {

@@ -43,8 +43,8 @@ LinkEnd TakeEndAfter(LinkEnd end) {
   return LinkEnd(of_position.xyz, of_velocity.xyz, of_position.w, of_velocity.w);
 }
 
-// The effects of the impulses of the links before and after on the error of this one [1/kg]. Lanes without a link
-// have the direction 0.
+// The effects of the impulses of the links before and after on the error of this one [1/kg]: 0 where there is none,
+// for lanes without a link have the direction 0.
 vec2 TakeEffects(LaneOfStrip mine, LinearisedLink link, float inverse_mass, float inverse_mass_of_to) {
   Offer(vec4(link.direction, 0.0));
   vec3 direction_before = OfferOf(LaneBefore(1u)).xyz;
@@ -57,7 +57,7 @@ vec2 TakeEffects(LaneOfStrip mine, LinearisedLink link, float inverse_mass, floa
   Offer(vec4(from_before));
   float from_after = OfferOf(LaneAfter(1u)).x;
 #endif
-  return mine.k < mine.link_count ? vec2(from_before, from_after) : vec2(0.0);
+  return vec2(from_before, from_after);
 }
 
 // The first lane, from this one on, whose link ends at a pin; DRAPE_STRIP_LANES if there is none. That link is
@@ -112,15 +112,15 @@ float TakeLargest(LaneOfStrip mine, float value) {
 // The share of the impulses of the strip that moves no particle too far; 1 mostly. `rest_length`: of the link before
 // the particle, or of the first one [m].
 float TakeShare(LaneOfStrip mine, vec3 change, float rest_length) {
-  bool moves_far = mine.link_count > 0u && Dot(change, change) > MoveLimitSq(rest_length);
-  if (!HasAnyLane(moves_far)) return 1.0;
+  if (!HasAnyLane(mine.link_count > 0u && MovesFar(change, rest_length))) return 1.0;
   return ShareOfMove(TakeLargest(mine, MoveRatioSq(change, rest_length)));
 }
 
 void SolveLane(LaneSlotWords words, bool is_first_sweep) {
   LaneOfStrip mine = UnpackLane(words.word);
   bool is_link = mine.k < mine.link_count;
-  LinkEnd from = LoadEnd(mine.particle);
+  LinkEnd from = LinkEnd(vec3(0.0), vec3(0.0), 0.0, 0.0);
+  if (mine.link_count > 0u) from = LoadEnd(mine.particle);
   LinkEnd to = TakeEndAfter(from);
   LinearisedLink link = LinearisedLink(words.rest_length, DistanceError(vec3(0.0), 0.0), vec3(0.0), 1.0);
   if (is_link) link = LineariseLink(words.place, words.rest_length, from, to, is_first_sweep);

@@ -181,6 +181,8 @@ float MoveLimitSq(float rest_length) {
   return limit_sq;
 }
 float MoveRatioSq(vec3 change, float rest_length) { return Quotient(Dot(change, change), MoveLimitSq(rest_length)); }
+// Whether that is above 1, without the quotient.
+bool MovesFar(vec3 change, float rest_length) { return Dot(change, change) > MoveLimitSq(rest_length); }
 
 // The share of the impulses that makes the largest move as large as it may be.
 float ShareOfMove(float largest_ratio_sq) {

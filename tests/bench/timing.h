@@ -34,8 +34,8 @@ struct TimingLimits {
   double seconds = 1;      // no further steps of a backend whose timed ones have taken this long
 };
 
-// Steps on a GPU for half a second, so that it leaves the clocks of idleness (345 of 1980 MHz on an
-// H100); elsewhere nothing.
+// Steps on a GPU for half a second, so that it leaves the low clocks of idleness; elsewhere
+// nothing.
 void RaiseClocks(Backend& backend, std::span<const StepItem> items);
 
 struct StepTimes {

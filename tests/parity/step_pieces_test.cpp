@@ -62,7 +62,8 @@ std::vector<Scene> Subjects() {
   return {sheet, paper, accurate, velocities, pushed, fabric, hinges, large, on_map, many_sweeps};
 }
 
-// A dispatch cannot pause, and a resident step is one if it is short or the device is fast.
+// A dispatch cannot pause, and a resident step is one if it is short; on hardware, whose dispatches
+// may be long, almost any.
 bool MustPause(const Backend& backend, const Scene& scene) {
   const StepSettings& settings = scene.parameters.settings;
   const BackendDescription description = backend.Describe();

@@ -39,8 +39,11 @@ class Deadlines : public testing::Test {
     return (stub_.get()->*method)(&context, request, &response);
   }
 
-  // The client has given up; the server's time began when the request arrived.
-  static void AwaitTheServersDeadline() { std::this_thread::sleep_for(milliseconds(100)); }
+  // The client has given up; the server's time is as long, rounded up, but began when the request
+  // arrived, perhaps just before the client's ended.
+  static void AwaitTheServersDeadline() {
+    std::this_thread::sleep_for(kShort + milliseconds(50));
+  }
   // Until the server has let go of all step requests.
   void AwaitEmptyQueue() {
     while (server_.scheduler().counters().queued_requests > 0) std::this_thread::yield();
@@ -131,6 +134,7 @@ TEST_F(Deadlines, AModelThatWaitsTooLongIsNeverBuilt) {
     EXPECT_EQ(Hurried(&Stub::CreateCloths, request).error_code(),
               grpc::StatusCode::DEADLINE_EXCEEDED);
   }
+  AwaitTheServersDeadline();
   release.set_value();
   // Of the same owner, so after them.
   Create(*stub_, HangingSheet(session_));

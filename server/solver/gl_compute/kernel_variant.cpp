@@ -112,7 +112,8 @@ Status FitLoops(const PlannedCloth& cloth, const DeviceTraits& device, VariantCh
   return Status::Ok();
 }
 
-// Strips from both ends need so much shared memory that half of it is worth a kernel of its own.
+// On hardware a group has an invocation per particle, or shared memory for each: half of that is
+// worth a kernel of its own.
 uint32_t CapacityFor(const PlannedCloth& cloth, const DeviceTraits& device) {
   if (!IsResident(cloth)) return 0;
   const uint32_t particles = cloth.model.particle_count();

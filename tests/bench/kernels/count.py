@@ -81,7 +81,6 @@ class Source:
 # A loop of the machine code belongs to the innermost statement that most of its instructions come from. Not all do:
 # the compiler moves some, and joins equal ones.
 MOST = 0.8
-FEW = 0.3
 
 
 def is_unrolled(source, line):
@@ -101,13 +100,14 @@ def heads_of(source, instructions, blocks, loops):
                     count_of[line] = count_of.get(line, 0) + 1
         taken = {heads[other] for other in loops if other in heads and other.blocks < loop.blocks}
         fitting = [line for line, count in count_of.items() if count >= MOST * len(inside) and line not in taken]
+        if not fitting and any(source.functions[line] == "RunSubsteps" for line in taken):
+            continue  # the outer one of two loops that the compiler made of that statement
         if not fitting:  # few of them stayed where they were
             left = [line for line in count_of if line not in taken]
             most = max((count_of[line] for line in left), default=0)
-            # Of one statement the compiler may make two loops, one in the other: the outer one is left without any.
-            fitting = [line for line in left if count_of[line] == most and most >= FEW * len(inside)]
-        if not fitting and (count_of or not any("RunSubsteps" in source.chain(one) for one in inside)):
-            continue  # the outer one of two, or a copy of the record that the compiler made a loop: once in a step
+            fitting = [line for line in left if count_of[line] == most]
+        if not fitting and not any("RunSubsteps" in source.chain(instruction) for instruction in inside):
+            continue  # a copy of the record that the compiler made a loop: once in a step
         if not fitting:
             address = instructions[blocks[loop.head][0]].address
             raise SystemExit(f"kernels/count.py: no statement for the loop at {address:#x}")

@@ -16,8 +16,8 @@ std::vector<std::string> BackendNames();
 std::vector<std::string> FloatBackendNames();
 
 // Single precision, and "gl_reduction": "gl" that solves short strips by cyclic reduction even on a
-// device without subgroups, with barriers, and "gl_both_ends": "gl" with strips
-// from both ends, as on hardware long ones. For tests of strips.
+// device without subgroups, with barriers, and "gl_both_ends": "gl" that solves strips from both
+// ends, as hardware solves long ones. For tests of strips.
 std::vector<std::string> StripBackendNames();
 
 // Whether a backend may solve strips by cyclic reduction, wholly or, from both ends, at first.
