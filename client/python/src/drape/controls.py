@@ -47,7 +47,7 @@ class Controls:
 
     def _control(self, table, elements, ids, name, values):
         rows = self._rows_or_all(ids)
-        per_cloth = np.shape(elements)[-1] if np.ndim(elements) else 1
+        per_cloth = columns.last_length(name, elements)
         shape = (len(rows), per_cloth)
         flat = {name: columns.whole(name, elements, shape).reshape(-1)}
         for column, (value, width) in values.items():
@@ -71,7 +71,7 @@ class Controls:
         if (particles is None) == (nearest_to is None) or (nearest_to is None) != (radius_m is None):
             raise errors.bad_field("grip", "give particles, or nearest_to and radius_m")
         rows = self._rows_or_all(ids)
-        shape = (len(rows), np.shape(slots)[-1] if np.ndim(slots) else 1)
+        shape = (len(rows), columns.last_length("slots", slots))
         if particles is None:
             self._grips("GRAB_NEAREST", slots, rows, shape, places=nearest_to, radii_m=radius_m)
             return
@@ -86,13 +86,13 @@ class Controls:
         """Moves grips in a straight line to targets [m] [m, k, 3], each in its cloth's environment; slots and over_s as
         for `grip` and `move_pins`. No effect on open ones."""
         rows = self._rows_or_all(ids)
-        shape = (len(rows), np.shape(slots)[-1] if np.ndim(slots) else 1)
+        shape = (len(rows), columns.last_length("slots", slots))
         self._grips("HOLD", slots, rows, shape, places=targets, over_s=over_s)
 
     def release(self, slots, ids=None) -> None:
         """Opens grips; what they held keeps its velocity."""
         rows = self._rows_or_all(ids)
-        shape = (len(rows), np.shape(slots)[-1] if np.ndim(slots) else 1)
+        shape = (len(rows), columns.last_length("slots", slots))
         self._grips("RELEASE", slots, rows, shape, places=0.0)
 
     def _grips(self, action, slots, rows, shape, places, **values):
