@@ -132,15 +132,34 @@ class Pending:
 
     def __init__(self):
         self._tables = {}
+        self._loaded = ""  # StepLoads.name of what waits
 
     def add(self, table, rows, columns):
         """`rows`: [r] indices of cloths; `columns`: name -> [r, ...]."""
         self._tables.setdefault(table, []).append((rows, columns))
 
+    def add_load(self, name, rows, columns):
+        """One name for all that wait."""
+        if "loads" in self._tables and name != self._loaded:
+            raise errors.bad_field("to", f"{name!r}, but cloths that wait for their next step go on from {self._loaded!r}: "
+                                         "step them first")
+        self._loaded = name
+        self.add("loads", rows, columns)
+
+    def add_reset(self, rows, columns):
+        """The same columns for all that wait."""
+        for _, waiting in self._tables.get("resets", ()):
+            if waiting.keys() != columns.keys():
+                raise errors.bad_field("transforms", "cloths that wait for their next step start with others of transforms and "
+                                                     "overrides: step them first")
+        self.add("resets", rows, columns)
+
     def take(self, request, ids, rows, count):
         """Moves the controls of `rows` (None: all) into `request`; those of other cloths go on waiting."""
         for table, of, columns in self._split(rows, count):
             fill(getattr(request, table), {"cloth_ids": ids[of], **columns})
+        if request.HasField("loads"):
+            request.loads.name = self._loaded
 
     def drop(self, rows, count):
         """Forgets the controls of `rows` (None: all)."""

@@ -65,6 +65,9 @@ class SessionBase:
         """Steps several `Cloths` of the session in one request, as the cloths of one world must be. An answer for each
         of them, without states. Arguments and errors as of `Cloths.step`; FailedPrecondition (WORLD_INCOMPLETE)."""
         requests = [cloths._step_request(steps, None, report, None, None, expected) for cloths in batches]
+        names = {request.loads.name for request in requests if request.HasField("loads")}
+        if len(names) > 1:
+            raise errors.bad_field("to", f"cloths of one step go on from one name, got {sorted(names)}")
         together = v1.StepRequest()
         for request in requests:
             together.MergeFrom(request)
