@@ -163,6 +163,9 @@ void AddLimits(CLI::App& app, Config& config) {
   AddNumber<uint64_t>(app, "--max-mesh-collider-bytes-per-session",
                       sessions.max_mesh_collider_bytes_per_session, 0, UINT64_MAX / 2,
                       "distance grids and meshes, equal ones counted once");
+  AddNumber<uint64_t>(app, "--max-model-bytes", sessions.max_model_bytes, 1u << 20, UINT64_MAX / 2,
+                      "models of cloths of all sessions, equal ones of a tenant counted once; a "
+                      "tenant, or a session without one, may have half");
   AddNumber(app, "--max-steps-per-request", scheduler.max_steps_per_request, 1u, kMaxCount, "");
   AddNumber(app, "--max-cloths-per-batch", scheduler.max_cloths_per_batch, 1u, kMaxCount,
             "cloths stepped together");

@@ -81,7 +81,9 @@ void RememberLost(const std::vector<std::pair<std::string, std::string>>& names,
 RateLimits RatesOf(const Config& config, const api::Authentication* authentication) {
   RateLimits limits;
   limits.per_tenant = config.max_particle_substeps_per_s_per_tenant;
-  if (authentication != nullptr) limits.of_tenant = authentication->rates();
+  if (authentication == nullptr) return limits;
+  limits.of_tenant = authentication->rates();
+  limits.weights = authentication->weights();
   return limits;
 }
 

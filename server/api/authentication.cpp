@@ -96,19 +96,35 @@ std::unordered_map<std::string, double> Authentication::rates() const {
   return tokens == nullptr ? std::unordered_map<std::string, double>() : tokens->rates();
 }
 
+std::unordered_map<std::string, uint32_t> Authentication::weights() const {
+  const std::shared_ptr<const TokenFile> tokens = this->tokens();
+  return tokens == nullptr ? std::unordered_map<std::string, uint32_t>() : tokens->weights();
+}
+
 Caller Authentication::Identify(const grpc::CallbackServerContext& context) const {
   if (by_certificate_) return OwnerOfCertificate(*context.auth_context());
   const std::shared_ptr<const TokenFile> tokens = this->tokens();
   if (tokens == nullptr) return {};
   const std::optional<std::string_view> token = TokenOf(context);
   if (!token) return {.is_refused = true};
-  std::optional<std::string> tenant = tokens->TenantOf(*token);
+  std::string hash = TokenFile::HashOf(*token);
+  std::optional<std::string> tenant = tokens->TenantOfHash(hash);
   if (!tenant) return {.is_refused = true};
-  return {.tenant = *std::move(tenant)};
+  return {.tenant = *std::move(tenant), .token_hash = std::move(hash)};
+}
+
+bool Authentication::IsValid(const Caller& caller) const {
+  const std::shared_ptr<const TokenFile> tokens = this->tokens();
+  return tokens == nullptr || tokens->TenantOfHash(caller.token_hash) == caller.tenant;
+}
+
+Status TokenTakenAway() {
+  return {StatusCode::kFailedPrecondition, kInvalidToken,
+          "the token with which the call began is not valid any longer"};
 }
 
 grpc::Status Unauthenticated() {
-  return Refusal(grpc::StatusCode::UNAUTHENTICATED, "INVALID_TOKEN",
+  return Refusal(grpc::StatusCode::UNAUTHENTICATED, kInvalidToken,
                  "the call carries no valid token (authorization: Bearer TOKEN), or its connection "
                  "no certificate of a tenant");
 }

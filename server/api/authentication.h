@@ -22,6 +22,8 @@ namespace drape::api {
 struct Caller {
   std::string tenant{};
   bool is_refused = false;
+  // TokenFile::HashOf; empty without tokens.
+  std::string token_hash{};
   // The run of the server that the caller knows; empty: any.
   std::string incarnation{};
   // When the client stops waiting, by the clock of the server.
@@ -46,13 +48,16 @@ class Authentication {
 
   // By the metadata `authorization: Bearer TOKEN`, or by the certificate.
   Caller Identify(const grpc::CallbackServerContext& context) const;
+  // Whether a caller who was identified would be let in again: its token may have been taken away.
+  bool IsValid(const Caller& caller) const;
   // Whether the call carries the token of an operator, who is no tenant.
   bool IsOperator(const grpc::CallbackServerContext& context) const;
   bool has_tokens() const;
   // TokenFile::tenants.
   std::set<std::string> tenants() const;
-  // TokenFile::rates.
+  // TokenFile::rates, TokenFile::weights.
   std::unordered_map<std::string, double> rates() const;
+  std::unordered_map<std::string, uint32_t> weights() const;
 
  private:
   std::shared_ptr<const TokenFile> tokens() const;
@@ -64,6 +69,8 @@ class Authentication {
 
 // UNAUTHENTICATED (INVALID_TOKEN). It says no more, and is the same whatever was called.
 grpc::Status Unauthenticated();
+// The same for a call that had one when it began.
+Status TokenTakenAway();
 // PERMISSION_DENIED (ADMIN_ONLY).
 grpc::Status AdminOnly();
 

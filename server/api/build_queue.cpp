@@ -1,5 +1,6 @@
 #include "server/api/build_queue.h"
 
+#include <new>
 #include <utility>
 
 #include "server/api/status_mapping.h"
@@ -23,8 +24,14 @@ StopReason BuildStopReason(const ServiceContext& context, const Waiter& waiter) 
 
 Status PostBuild(const ServiceContext& context, const std::string& session_name,
                  const Waiter& waiter, std::function<void(const Status&)> build) {
-  return context.builders.Post(session_name, [stop_reason = BuildStopReason(context, waiter),
-                                              build = std::move(build)] { build(stop_reason()); });
+  return context.builders.Post(
+      session_name, [stop_reason = BuildStopReason(context, waiter), build = std::move(build)] {
+        try {
+          build(stop_reason());
+        } catch (const std::bad_alloc&) {  // not the end of all others
+          build({StatusCode::kResourceExhausted, "DEVICE_MEMORY", "the memory has no room"});
+        }
+      });
 }
 
 }  // namespace drape::api

@@ -127,12 +127,13 @@ void StartUpdate(const ServiceContext& context, const Caller& caller,
       std::make_shared<Update>(Update{std::move(*session), std::move(*cloths), std::move(*change),
                                       std::move(meshes), std::move(done)});
   const Waiter waiter{cancel, caller.deadline_us};
-  // New pins and connections need a new model, and mesh colliders need distance maps. Every other
-  // change is made at once.
-  if (!update->change.needs_model() && update->meshes.empty()) {
-    return UpdateNow(context, waiter, update);
-  }
-  BuildAndUpdate(context, waiter, update);
+  // New pins and connections need a new model, mesh colliders need distance maps, and a GPU may
+  // need other programs. Every other change is made at once.
+  const bool has_programs = context.scheduler.description().prepare != nullptr;
+  const bool takes_long = update->change.needs_model() || !update->meshes.empty() ||
+                          (has_programs && update->change.may_need_programs());
+  if (takes_long) return BuildAndUpdate(context, waiter, update);
+  UpdateNow(context, waiter, update);
 }
 
 }  // namespace drape::api

@@ -14,6 +14,9 @@ struct RequestLimits {
   double default_ttl_s = kDefaultTtl_s;
   // Larger messages are refused by the transport [bytes].
   uint32_t max_request_bytes = 64u << 20;
+  // Requests that would take more memory than this once they are parsed are refused [bytes]: many
+  // empty parts take a hundred times their bytes.
+  uint64_t max_parsed_bytes() const { return 8 * uint64_t{max_request_bytes}; }
   // State data in one streamed message [bytes]. One callback stream is fastest at 1 MiB.
   uint32_t max_chunk_bytes = 1u << 20;
   // State data in a Step answer [bytes]; more must be read with ReadStates.

@@ -14,7 +14,15 @@ struct PictureCall {
   v1::RenderResponse* response = nullptr;
   ClothList cloths;
   bool has_colliders = true;
+  std::shared_ptr<void> held;  // for the bytes of its answer
 };
+
+// What the answer may have. A file is hardly larger than its pixels, mostly much smaller.
+uint64_t AnswerBytes(const render::PictureSpec& spec, size_t cloth_count) {
+  const uint64_t pixels =
+      uint64_t{spec.width_px} * spec.height_px * (spec.is_tiled ? cloth_count : 1);
+  return pixels * (3 + (spec.has_depths ? sizeof(float) : 0));
+}
 
 Status NoCloths() {
   return {StatusCode::kFailedPrecondition, "NO_CLOTHS", "the session has no cloths to draw"};
@@ -66,7 +74,9 @@ void Fetch(const ServiceContext& context, const std::shared_ptr<PictureCall>& pi
 
 void End(PictureCall& picture, Result<render::DrawnPicture> drawn) {
   if (drawn.ok()) {
-    picture.call->until_sent = std::move(drawn->in_flight);
+    using Held = std::pair<std::shared_ptr<void>, std::shared_ptr<void>>;
+    picture.call->until_sent =
+        std::make_shared<Held>(std::move(drawn->in_flight), std::move(picture.held));
     *picture.response = ToProto(picture.cloths, std::move(*drawn));
   }
   picture.call->End(drawn.status());
@@ -110,10 +120,13 @@ grpc::ServerUnaryReactor* SimulationService::Render(Context* context,
   if (cloths->empty()) return Answer(context, NoCloths(), tag);
   const Status tiles = CheckTiles(*spec, cloths->size());
   if (!tiles.ok()) return Answer(context, tiles, tag);
+  Result<std::shared_ptr<void>> held =
+      context_.unread->Take((*session)->owner(), AnswerBytes(*spec, cloths->size()));
+  if (!held.ok()) return Answer(context, held.status(), tag);
   UnaryCall* call = UnaryCall::New(tag);
   call->lease = std::move(*session);
   const auto picture = std::make_shared<PictureCall>(
-      PictureCall{call, response, std::move(*cloths), spec->has_colliders});
+      PictureCall{call, response, std::move(*cloths), spec->has_colliders, std::move(*held)});
   const Status status =
       context_.pictures.Submit(ToJob(context_, std::move(*spec), picture, caller.deadline_us));
   if (!status.ok()) call->End(status);

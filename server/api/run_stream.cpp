@@ -54,7 +54,8 @@ void RunReactor::OnReadDone(bool ok) {
   const std::lock_guard lock(mutex_);
   if (!ok) return Close(Status::Ok());
   if (ending_) return;
-  const Status status = Take(request_);
+  Status status = context_.Parse(request_, caller_.tenant);
+  if (status.ok()) status = Take(request_.message());
   if (!status.ok()) return Close(status);
   StartRead(&request_);
 }
@@ -197,6 +198,7 @@ Status RunReactor::BeginStep() {
 void RunReactor::Advance() {
   if (ending_) return WriteNext();
   if (context_.scheduler.is_draining()) return Close(DrainingStatus());
+  if (const Status status = context_.CheckToken(caller_); !status.ok()) return Close(status);
   const int64_t now_us = context_.clock.NowUs();
   while (MayBeginStep() && now_us >= refused_until_us_ && pace_->IsDue(now_us)) {
     const Status status = BeginStep();

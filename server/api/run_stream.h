@@ -22,7 +22,7 @@ namespace drape::api {
 // Ends with OK after its last step or when the client sends no more messages (what is under way is
 // finished first), else with the status that ended it. Alive until gRPC, its steps and its alarm
 // have let go of it; the run keeps its session alive.
-class RunReactor final : public grpc::ServerBidiReactor<v1::RunRequest, v1::RunReport>,
+class RunReactor final : public grpc::ServerBidiReactor<Unparsed<v1::RunRequest>, v1::RunReport>,
                          public std::enable_shared_from_this<RunReactor> {
  public:
   static RunReactor* Start(const ServiceContext& context, Caller caller);
@@ -62,8 +62,8 @@ class RunReactor final : public grpc::ServerBidiReactor<v1::RunRequest, v1::RunR
   std::shared_ptr<RunReactor> self_;  // until OnDone
 
   std::mutex mutex_;
-  v1::RunRequest request_;  // being read
-  v1::RunReport report_;    // being written
+  Unparsed<v1::RunRequest> request_;  // being read
+  v1::RunReport report_;              // being written
   RequestTag tag_;
   SessionLease session_;
   std::shared_ptr<void> held_;    // for its messages

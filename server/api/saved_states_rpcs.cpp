@@ -91,7 +91,7 @@ grpc::ServerWriteReactor<v1::SnapshotChunk>* SimulationService::ExportCloths(
                                        *request);
 }
 
-grpc::ServerReadReactor<v1::ImportClothsRequest>* SimulationService::ImportCloths(
+grpc::ServerReadReactor<Unparsed<v1::ImportClothsRequest>>* SimulationService::Import(
     Context* context, v1::ImportClothsResponse* response) {
   return ImportReactor::Start(context_, context_.Identify(*context), response);
 }

@@ -9,6 +9,8 @@
 #include <string>
 #include <utility>
 
+#include "server/api/status_mapping.h"
+
 namespace drape::api {
 
 namespace {
@@ -16,8 +18,17 @@ namespace {
 // Until a client has read some of its answers [ms].
 constexpr int64_t kRetryWhenUnread_ms = 200;
 
-ServiceContext WithBudget(ServiceContext context) {
+// A tenant gets half, as does everybody together on a server without tenants.
+std::shared_ptr<ByteBudget> MakeParsedBudget(const RequestLimits& limits) {
+  return std::make_shared<ByteBudget>(
+      "TOO_MANY_REQUEST_BYTES",
+      ByteBudget::Limit{"half of max_unread_bytes", limits.max_unread_bytes / 2},
+      ByteBudget::Limit{"max_unread_bytes", limits.max_unread_bytes}, kRetryWhenUnread_ms);
+}
+
+ServiceContext WithBudgets(ServiceContext context) {
   if (context.unread == nullptr) context.unread = MakeUnreadBudget(context.limits);
+  if (context.parsed == nullptr) context.parsed = MakeParsedBudget(context.limits);
   return context;
 }
 
@@ -46,6 +57,14 @@ int IndexOf(const char* method) {
   const auto* const service = pool->FindServiceByName(v1::SimulationService::service_full_name());
   return service->FindMethodByName(method)->index();
 }
+
+// Ends a call without an answer.
+template <class Message>
+class Refusal final : public grpc::ServerWriteReactor<Message> {
+ public:
+  explicit Refusal(const grpc::Status& status) { this->Finish(status); }
+  void OnDone() override { delete this; }
+};
 
 }  // namespace
 
@@ -76,11 +95,104 @@ Result<SessionLease> ServiceContext::FindSession(const Caller& caller,
 }
 
 SimulationService::SimulationService(ServiceContext context)
-    : context_(WithBudget(std::move(context))), start_us_(context_.clock.NowUs()) {
-  // gRPC's own way to answer with bytes cannot stand beside the generated class of all methods.
-  using Handler = grpc::internal::CallbackBidiHandler<v1::StreamStatesRequest, grpc::ByteBuffer>;
-  MarkMethodCallback(IndexOf("StreamStates"),
-                     new Handler([this](Context* call) { return StreamEncodedStates(call); }));
+    : context_(WithBudgets(std::move(context))), start_us_(context_.clock.NowUs()) {
+  using S = SimulationService;
+  Serve("CreateSession", &S::CreateSession);
+  Serve("GetSession", &S::GetSession);
+  Serve("ListSessions", &S::ListSessions);
+  Serve("RenewSession", &S::RenewSession);
+  Serve("DeleteSession", &S::DeleteSession);
+  Serve("CreateCloths", &S::CreateCloths);
+  Serve("GetCloth", &S::GetCloth);
+  Serve("ListCloths", &S::ListCloths);
+  Serve("UpdateCloths", &S::UpdateCloths);
+  Serve("DeleteCloths", &S::DeleteCloths);
+  Serve("SaveStates", &S::SaveStates);
+  Serve("LoadStates", &S::LoadStates);
+  Serve("DropStates", &S::DropStates);
+  Serve("ExportCloths", &S::ExportCloths);
+  Serve("ImportCloths", &S::Import);
+  Serve("ResetCloths", &S::ResetCloths);
+  Serve("WriteStates", &S::WriteStates);
+  Serve("ReadTopology", &S::ReadTopology);
+  Serve("Step", &S::Step);
+  Serve("StepInChunks", &S::StepInChunks);
+  Serve("StepStream", &S::StartStepStream);
+  Serve("Run", &S::StartRun);
+  Serve("ReadStates", &S::ReadStates);
+  Serve("StreamStates", &S::StartStateStream);
+  Serve("Render", &S::Render);
+  Serve("GetServerInfo", &S::GetServerInfo);
+}
+
+template <class Request>
+grpc::Status SimulationService::Parse(const Context& context,
+                                      const Unparsed<Request>& request) const {
+  std::string tenant;
+  if (request.is_large()) {
+    const Caller caller = context_.Identify(context);
+    if (caller.is_refused) return Unauthenticated();
+    tenant = caller.tenant;
+  }
+  // It is gRPC's, which made it for this call and only looks at it again to delete it.
+  return ToGrpcStatus(context_.Parse(const_cast<Unparsed<Request>&>(request), tenant));
+}
+
+template <class Request, class Response>
+void SimulationService::Serve(const char* name,
+                              Reactor* (SimulationService::*method)(Context*, const Request*,
+                                                                    Response*)) {
+  using Handler = grpc::internal::CallbackUnaryHandler<Unparsed<Request>, Response>;
+  const auto serve = [this, method](Context* context, const Unparsed<Request>* request,
+                                    Response* response) -> Reactor* {
+    const grpc::Status status = Parse(*context, *request);
+    if (status.ok()) return (this->*method)(context, &request->message(), response);
+    Reactor* reactor = context->DefaultReactor();
+    reactor->Finish(status);
+    return reactor;
+  };
+  MarkMethodCallback(IndexOf(name), new Handler(serve));
+}
+
+template <class Request, class Response>
+void SimulationService::Serve(
+    const char* name,
+    grpc::ServerWriteReactor<Response>* (SimulationService::*method)(Context*, const Request*)) {
+  using Handler = grpc::internal::CallbackServerStreamingHandler<Unparsed<Request>, Response>;
+  const auto serve = [this, method](
+                         Context* context,
+                         const Unparsed<Request>* request) -> grpc::ServerWriteReactor<Response>* {
+    const grpc::Status status = Parse(*context, *request);
+    if (status.ok()) return (this->*method)(context, &request->message());
+    return new Refusal<Response>(status);
+  };
+  MarkMethodCallback(IndexOf(name), new Handler(serve));
+}
+
+template <class Request, class Response>
+void SimulationService::Serve(const char* name, grpc::ServerBidiReactor<Request, Response>* (
+                                                    SimulationService::*method)(Context*)) {
+  using Handler = grpc::internal::CallbackBidiHandler<Request, Response>;
+  MarkMethodCallback(IndexOf(name), new Handler([this, method](Context* context) {
+                       return (this->*method)(context);
+                     }));
+}
+
+template <class Request, class Response>
+void SimulationService::Serve(
+    const char* name,
+    grpc::ServerReadReactor<Request>* (SimulationService::*method)(Context*, Response*)) {
+  using Handler = grpc::internal::CallbackClientStreamingHandler<Request, Response>;
+  MarkMethodCallback(IndexOf(name),
+                     new Handler([this, method](Context* context, Response* response) {
+                       return (this->*method)(context, response);
+                     }));
+}
+
+Status RequestTooLarge(uint64_t most_bytes) {
+  return {StatusCode::kResourceExhausted, "REQUEST_TOO_LARGE",
+          "the request takes more than " + std::to_string(most_bytes) +
+              " bytes of memory once it is parsed: it has too many parts"};
 }
 
 uint64_t Fingerprint(const google::protobuf::Message& request, std::string_view content) {

@@ -10,6 +10,7 @@
 #include "drape/v1/simulation_service.grpc.pb.h"
 #include "server/api/authentication.h"
 #include "server/api/limits.h"
+#include "server/api/unparsed.h"
 #include "server/api/worker_pool.h"
 #include "server/core/byte_budget.h"
 #include "server/core/clock.h"
@@ -42,9 +43,21 @@ struct ServiceContext {
   // Who may call. Null: everybody.
   std::shared_ptr<const Authentication> authentication = nullptr;
   std::shared_ptr<StreamCounters> streams = std::make_shared<StreamCounters>();
+  // What large requests take once they are parsed. Null: the service makes it.
+  std::shared_ptr<ByteBudget> parsed = nullptr;
 
   // Also reads the run of the server that the caller knows (kIncarnationHeader).
   Caller Identify(const grpc::CallbackServerContext& call) const;
+  // INVALID_TOKEN if the token of a call that has been under way for a while was taken away.
+  Status CheckToken(const Caller& caller) const {
+    const bool is_valid = authentication == nullptr || authentication->IsValid(caller);
+    return is_valid ? Status::Ok() : TokenTakenAway();
+  }
+  // Unparsed::Parse within the limits.
+  template <class Message>
+  Status Parse(Unparsed<Message>& request, const std::string& tenant) const {
+    return request.Parse(*parsed, tenant, limits.max_parsed_bytes());
+  }
   // SessionRegistry::Find for the caller. FAILED_PRECONDITION (STATE_LOST) if it came back from an
   // earlier run and the caller knows only that one.
   Result<SessionLease> FindSession(const Caller& caller, const std::string& session) const;
@@ -89,8 +102,6 @@ class SimulationService final : public v1::SimulationService::CallbackService {
   Reactor* DropStates(Context*, const v1::DropStatesRequest*, v1::DropStatesResponse*) override;
   grpc::ServerWriteReactor<v1::SnapshotChunk>* ExportCloths(
       Context*, const v1::ExportClothsRequest*) override;
-  grpc::ServerReadReactor<v1::ImportClothsRequest>* ImportCloths(
-      Context*, v1::ImportClothsResponse*) override;
   Reactor* ResetCloths(Context*, const v1::ResetClothsRequest*, v1::ResetClothsResponse*) override;
   Reactor* WriteStates(Context*, const v1::WriteStatesRequest*, v1::WriteStatesResponse*) override;
   Reactor* ReadTopology(Context*, const v1::ReadTopologyRequest*, v1::Topology*) override;
@@ -98,20 +109,40 @@ class SimulationService final : public v1::SimulationService::CallbackService {
   Reactor* Step(Context*, const v1::StepRequest*, v1::StepResponse*) override;
   grpc::ServerWriteReactor<v1::StepResponse>* StepInChunks(Context*,
                                                            const v1::StepRequest*) override;
-  grpc::ServerBidiReactor<v1::StepRequest, v1::StepResponse>* StepStream(Context*) override;
-  grpc::ServerBidiReactor<v1::RunRequest, v1::RunReport>* Run(Context*) override;
-
   grpc::ServerWriteReactor<v1::StateChunk>* ReadStates(Context*,
                                                        const v1::ReadStatesRequest*) override;
-  // Answers with serialised StateChunks: they are shared by the streams that send the same ones.
-  // The constructor puts it in the place of the generated method.
-  grpc::ServerBidiReactor<v1::StreamStatesRequest, grpc::ByteBuffer>* StreamEncodedStates(Context*);
-
   Reactor* Render(Context*, const v1::RenderRequest*, v1::RenderResponse*) override;
 
   Reactor* GetServerInfo(Context*, const v1::GetServerInfoRequest*, v1::ServerInfo*) override;
 
  private:
+  // The streams of requests, under the names of the protocol. StreamStates answers with serialised
+  // StateChunks: they are shared by the streams that send the same ones.
+  grpc::ServerReadReactor<Unparsed<v1::ImportClothsRequest>>* Import(Context*,
+                                                                     v1::ImportClothsResponse*);
+  grpc::ServerBidiReactor<Unparsed<v1::StepRequest>, v1::StepResponse>* StartStepStream(Context*);
+  grpc::ServerBidiReactor<Unparsed<v1::RunRequest>, v1::RunReport>* StartRun(Context*);
+  grpc::ServerBidiReactor<Unparsed<v1::StreamStatesRequest>, grpc::ByteBuffer>* StartStateStream(
+      Context*);
+
+  // Puts a method in the place of the generated one, which would parse whatever comes.
+  template <class Request, class Response>
+  void Serve(const char* name,
+             Reactor* (SimulationService::*method)(Context*, const Request*, Response*));
+  template <class Request, class Response>
+  void Serve(const char* name,
+             grpc::ServerWriteReactor<Response>* (SimulationService::*method)(Context*,
+                                                                              const Request*));
+  template <class Request, class Response>
+  void Serve(const char* name,
+             grpc::ServerBidiReactor<Request, Response>* (SimulationService::*method)(Context*));
+  template <class Request, class Response>
+  void Serve(const char* name,
+             grpc::ServerReadReactor<Request>* (SimulationService::*method)(Context*, Response*));
+  // UNAUTHENTICATED if it is large and the caller has no token.
+  template <class Request>
+  grpc::Status Parse(const Context& context, const Unparsed<Request>& request) const;
+
   const ServiceContext context_;
   const int64_t start_us_;
 };

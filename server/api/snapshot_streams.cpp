@@ -64,7 +64,8 @@ void ImportReactor::OnReadDone(bool ok) {
     if (cancel_.is_cancelled()) return End(ClientHasGone());
     return Import();
   }
-  const Status status = Take(request_);
+  Status status = context_.Parse(request_, caller_.tenant);
+  if (status.ok()) status = Take(request_.message());
   if (!status.ok()) return End(status);
   StartRead(&request_);
 }

@@ -28,7 +28,7 @@ class ExportCall final : public ChunkedCall<v1::SnapshotChunk> {
 
 // Owns itself until gRPC is done with it. What has come counts, too; the session lives while it is
 // under way.
-class ImportReactor final : public grpc::ServerReadReactor<v1::ImportClothsRequest> {
+class ImportReactor final : public grpc::ServerReadReactor<Unparsed<v1::ImportClothsRequest>> {
  public:
   static ImportReactor* Start(const ServiceContext& context, Caller caller,
                               v1::ImportClothsResponse* response);
@@ -60,7 +60,7 @@ class ImportReactor final : public grpc::ServerReadReactor<v1::ImportClothsReque
   v1::ImportClothsRequest::Begin begin_;
   std::string bytes_;
   bool is_remembered_ = false;  // the session remembers the request_id, and waits for the answer
-  v1::ImportClothsRequest request_;
+  Unparsed<v1::ImportClothsRequest> request_;
 };
 
 }  // namespace drape::api

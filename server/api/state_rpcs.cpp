@@ -11,8 +11,8 @@ grpc::ServerWriteReactor<v1::StateChunk>* SimulationService::ReadStates(
                                                *request);
 }
 
-grpc::ServerBidiReactor<v1::StreamStatesRequest, grpc::ByteBuffer>*
-SimulationService::StreamEncodedStates(Context* context) {
+grpc::ServerBidiReactor<Unparsed<v1::StreamStatesRequest>, grpc::ByteBuffer>*
+SimulationService::StartStateStream(Context* context) {
   return StateStreamReactor::Start(context_, context_.Identify(*context));
 }
 

@@ -35,7 +35,8 @@ void StateStreamReactor::OnReadDone(bool ok) {
   const std::lock_guard lock(mutex_);
   if (!ok) return FinishReading();
   if (ending_) return;
-  const Status status = Take(request_);
+  Status status = context_.Parse(request_, caller_.tenant);
+  if (status.ok()) status = Take(request_.message());
   if (!status.ok()) return Close(status);
   StartRead(&request_);
 }
@@ -76,6 +77,7 @@ void StateStreamReactor::OnDone() {
 void StateStreamReactor::OnFrame(ObservedFrame observed) {
   const std::lock_guard lock(mutex_);
   if (ending_) return;
+  if (const Status status = context_.CheckToken(caller_); !status.ok()) return Close(status);
   const EncodedFrame& encoded = Encoded(*observed.content);
   frames_.push_back({encoded.chunks, observed.frame, observed.frames_dropped, encoded.step,
                      std::move(observed.in_flight)});

@@ -20,7 +20,7 @@ namespace drape::api {
 // Alive until gRPC and the scheduler's observer have let go of it; the subscription keeps its
 // session alive.
 class StateStreamReactor final
-    : public grpc::ServerBidiReactor<v1::StreamStatesRequest, grpc::ByteBuffer>,
+    : public grpc::ServerBidiReactor<Unparsed<v1::StreamStatesRequest>, grpc::ByteBuffer>,
       public std::enable_shared_from_this<StateStreamReactor> {
  public:
   static StateStreamReactor* Start(const ServiceContext& context, Caller caller);
@@ -68,8 +68,8 @@ class StateStreamReactor final
   std::shared_ptr<StateStreamReactor> self_;  // until OnDone
 
   std::mutex mutex_;
-  v1::StreamStatesRequest request_;  // being read
-  grpc::ByteBuffer chunk_;           // being written
+  Unparsed<v1::StreamStatesRequest> request_;  // being read
+  grpc::ByteBuffer chunk_;                     // being written
   RequestTag tag_;
   SessionLease session_;
   std::vector<ChunkCloth> cloths_;  // of the subscription

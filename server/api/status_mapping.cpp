@@ -53,7 +53,9 @@ grpc::StatusCode ToGrpcCode(StatusCode code) {
 
 grpc::Status ToGrpcStatus(const Status& status, const StatusMetadata& metadata) {
   if (status.ok()) return grpc::Status::OK;
-  const grpc::StatusCode code = ToGrpcCode(status.code());
+  const bool is_of_token = status.reason() == kInvalidToken;
+  const grpc::StatusCode code =
+      is_of_token ? grpc::StatusCode::UNAUTHENTICATED : ToGrpcCode(status.code());
   const std::string message = Shortened(status.message(), kMaxMessageBytes);
 
   google::rpc::Status details;

@@ -21,6 +21,9 @@ inline constexpr size_t kMaxBadRequestBytes = 3000;
 
 grpc::StatusCode ToGrpcCode(StatusCode code);
 
+// Below the transport there is no UNAUTHENTICATED: ToGrpcStatus maps this reason to it.
+inline constexpr char kInvalidToken[] = "INVALID_TOKEN";
+
 // Pure. OK gives OK. Otherwise the details hold ErrorInfo{reason, domain "drape"}, BadRequest when
 // there are violations, QuotaFailure for RESOURCE_EXHAUSTED, and RetryInfo where waiting helps.
 // `metadata`: of ErrorInfo, a few short values for programs.

@@ -29,12 +29,13 @@ grpc::ServerWriteReactor<v1::StepResponse>* SimulationService::StepInChunks(
                                                context_.Identify(*context), *request);
 }
 
-grpc::ServerBidiReactor<v1::StepRequest, v1::StepResponse>* SimulationService::StepStream(
-    Context* context) {
+grpc::ServerBidiReactor<Unparsed<v1::StepRequest>, v1::StepResponse>*
+SimulationService::StartStepStream(Context* context) {
   return StepStreamReactor::Start(context_, context_.Identify(*context));
 }
 
-grpc::ServerBidiReactor<v1::RunRequest, v1::RunReport>* SimulationService::Run(Context* context) {
+grpc::ServerBidiReactor<Unparsed<v1::RunRequest>, v1::RunReport>* SimulationService::StartRun(
+    Context* context) {
   return RunReactor::Start(context_, context_.Identify(*context));
 }
 

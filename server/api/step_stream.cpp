@@ -21,12 +21,15 @@ StepStreamReactor* StepStreamReactor::Start(const ServiceContext& context, Calle
 }
 
 void StepStreamReactor::OnReadDone(bool ok) {
+  Status parsed = ok ? context_.CheckToken(caller_) : Status::Ok();
+  if (ok && parsed.ok()) parsed = context_.Parse(request_, caller_.tenant);
+  const v1::StepRequest& request = request_.message();
   std::shared_ptr<Slot> slot;
   {
     const std::lock_guard lock(mutex_);
     if (ok && !is_ended_ && !is_broken_) {
       slot = slots_.emplace_back(std::make_shared<Slot>());
-      slot->tag = RequestTag(caller_, request_);
+      slot->tag = RequestTag(caller_, request);
     } else {
       is_reading_ = false;
       is_read_over_ = !ok;
@@ -36,13 +39,17 @@ void StepStreamReactor::OnReadDone(bool ok) {
   if (!slot) return;
   // Without the lock: the answer may come before StartStep returns. is_reading_ is still set, so no
   // other thread reads the next request, which would overwrite this one or overtake it.
-  StartStep(
-      context_, caller_, request_,
-      request_.in_chunks() ? AnswerForm::kChunks : AnswerForm::kMessage, slot->cancel,
-      [slot](std::shared_ptr<void> held) { slot->held = std::move(held); },
-      [self = shared_from_this(), slot](Result<StepAnswer> answer) {
-        self->OnAnswer(*slot, std::move(answer));
-      });
+  const auto done = [self = shared_from_this(), slot](Result<StepAnswer> answer) {
+    self->OnAnswer(*slot, std::move(answer));
+  };
+  if (parsed.ok()) {
+    StartStep(
+        context_, caller_, request,
+        request.in_chunks() ? AnswerForm::kChunks : AnswerForm::kMessage, slot->cancel,
+        [slot](std::shared_ptr<void> held) { slot->held = std::move(held); }, done);
+  } else {
+    done(parsed);
+  }
   const std::lock_guard lock(mutex_);
   is_reading_ = false;
   ReadNext();

@@ -16,8 +16,9 @@ namespace drape::api {
 // ends the stream with its status, after the answers before it; later ones are cancelled. When the
 // client has no more requests the stream ends after the last answer. Alive until gRPC and every
 // request under way have let go of it.
-class StepStreamReactor final : public grpc::ServerBidiReactor<v1::StepRequest, v1::StepResponse>,
-                                public std::enable_shared_from_this<StepStreamReactor> {
+class StepStreamReactor final
+    : public grpc::ServerBidiReactor<Unparsed<v1::StepRequest>, v1::StepResponse>,
+      public std::enable_shared_from_this<StepStreamReactor> {
  public:
   static StepStreamReactor* Start(const ServiceContext& context, Caller caller);
 
@@ -50,7 +51,7 @@ class StepStreamReactor final : public grpc::ServerBidiReactor<v1::StepRequest, 
   std::shared_ptr<StepStreamReactor> self_;  // until OnDone
 
   std::mutex mutex_;
-  v1::StepRequest request_;                  // being read
+  Unparsed<v1::StepRequest> request_;        // being read
   v1::StepResponse response_;                // being written
   std::shared_ptr<void> held_;               // for it, if it is the last message of its answer
   std::deque<std::shared_ptr<Slot>> slots_;  // oldest first

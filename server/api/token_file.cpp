@@ -35,17 +35,18 @@ std::string ParseHash(const std::string& digits) {
   return bytes;
 }
 
-// The number of `particle_substeps_per_s=NUMBER`; none: it is not that.
-std::optional<double> ParseRate(const std::string& word) {
-  constexpr std::string_view kName = "particle_substeps_per_s=";
-  if (!word.starts_with(kName)) return std::nullopt;
-  double rate = 0;
+constexpr std::string_view kRate = "particle_substeps_per_s=", kWeight = "weight=";
+constexpr uint32_t kMaxWeight = 100;
+
+// The number of `NAMENUMBER`; none: it is not that.
+template <class Number>
+std::optional<Number> ParseNumber(std::string_view name, const std::string& word) {
+  if (!word.starts_with(name)) return std::nullopt;
+  Number number{};
   const char* const end = word.data() + word.size();
-  const auto [rest, error] = std::from_chars(word.data() + kName.size(), end, rate);
-  if (error != std::errc() || rest != end || !(rate >= 0) || !std::isfinite(rate)) {
-    return std::nullopt;
-  }
-  return rate;
+  const auto [rest, error] = std::from_chars(word.data() + name.size(), end, number);
+  if (error != std::errc() || rest != end) return std::nullopt;
+  return number;
 }
 
 Status Failed(const std::string& path, const std::string& why) {
@@ -86,16 +87,12 @@ Result<TokenFile> TokenFile::Parse(const std::string& text, const std::string& p
     }
     words >> digits;
     const std::string hash = ParseHash(digits);
-    std::optional<double> rate;
-    if (words >> rest) rate = ParseRate(rest);
-    if (hash.empty() || rest.empty() == rate.has_value() || (is_operator && rate) ||
-        words >> rest) {
-      return wrong(
-          "after the tenant's name come the 64 hexadecimal digits of a SHA-256, and nothing or "
-          "particle_substeps_per_s=NUMBER");
+    if (hash.empty()) {
+      return wrong("after the tenant's name come the 64 hexadecimal digits of a SHA-256");
     }
-    if (rate && tokens.rates_.emplace(tenant, *rate).first->second != *rate) {
-      return wrong("the tenant has another particle_substeps_per_s already");
+    while (words >> rest) {
+      if (is_operator) return wrong("@operator has nothing but hashes");
+      if (const std::string why = tokens.Take(tenant, rest); !why.empty()) return wrong(why);
     }
     if (tokens.tenants_.contains(hash) || tokens.operators_.contains(hash)) {
       return wrong("this hash occurs twice");
@@ -110,6 +107,23 @@ Result<TokenFile> TokenFile::Parse(const std::string& text, const std::string& p
   return tokens;
 }
 
+std::string TokenFile::Take(const std::string& tenant, const std::string& word) {
+  const auto rate = ParseNumber<double>(kRate, word);
+  const auto weight = ParseNumber<uint32_t>(kWeight, word);
+  const bool is_rate = rate && *rate >= 0 && std::isfinite(*rate);
+  const bool is_weight = weight && *weight >= 1 && *weight <= kMaxWeight;
+  if (!is_rate && !is_weight) {
+    return "after the hash may come particle_substeps_per_s=NUMBER (0 or more) and weight=NUMBER "
+           "(1 "
+           "to 100), not '" +
+           word + "'";
+  }
+  const bool is_same = is_rate ? rates_.emplace(tenant, *rate).first->second == *rate
+                               : weights_.emplace(tenant, *weight).first->second == *weight;
+  if (is_same) return {};
+  return "the tenant has another " + word.substr(0, word.find('=')) + " already";
+}
+
 bool TokenFile::IsOperator(std::string_view token) const {
   return operators_.contains(Sha256Of(token));
 }
@@ -120,8 +134,12 @@ std::set<std::string> TokenFile::tenants() const {
   return names;
 }
 
-std::optional<std::string> TokenFile::TenantOf(std::string_view token) const {
-  const auto found = tenants_.find(Sha256Of(token));
+std::string TokenFile::HashOf(std::string_view token) {
+  return Sha256Of(token);
+}
+
+std::optional<std::string> TokenFile::TenantOfHash(const std::string& hash) const {
+  const auto found = tenants_.find(hash);
   if (found == tenants_.end()) return std::nullopt;
   return found->second;
 }

@@ -59,7 +59,9 @@ FairShare ShareOut(FairShare share, uint32_t quantum, OpenBatch& batch) {
   while (true) {
     SessionQueue& queue = queues[share.first_session];
     uint64_t& deficit = share.deficits[share.first_session];
-    if (!share.has_turn_begun && !queue.is_empty()) deficit += quantum;
+    if (!share.has_turn_begun && !queue.is_empty()) {
+      deficit += uint64_t{quantum} * batch.requests[queue.requests[queue.next]].weight;
+    }
     share.has_turn_begun = true;
     while (!queue.is_empty() && batch.NextCost(queue) <= deficit) {
       if (!batch.Fits(batch.NextCost(queue))) return share;

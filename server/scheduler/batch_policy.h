@@ -16,6 +16,8 @@ struct RunnableRequest {
   // The round in which it last took part or, before that, in which it arrived. Within a session the
   // request that has waited longest comes first; ties are in order of arrival.
   uint64_t last_round = 0;
+  // Quanta that the session gets per turn, >= 1; the same for all its requests.
+  uint32_t weight = 1;
 };
 
 struct BatchLimits {
@@ -46,11 +48,11 @@ struct BatchChoice {
 };
 
 // Deficit round robin over sessions (Shreedhar and Varghese 1996). If all cloths fit, all are
-// taken. Otherwise sessions share the batch by turns of one quantum, and the next batch continues
-// with the turn in which this one was full. A batch has room left only if no cloth waits, or if the
-// next cloth does not fit. No request waits forever: with S sessions of R requests each and the
-// limits of this call, a request takes part within S * R * ceil(cost of the largest request /
-// quantum) turns of the round robin. `requests` in order of arrival.
+// taken. Otherwise sessions share the batch by turns of one quantum times their weight, and the
+// next batch continues with the turn in which this one was full. A batch has room left only if no
+// cloth waits, or if the next cloth does not fit. No request waits forever: with S sessions of R
+// requests each and the limits of this call, a request takes part within S * R * ceil(cost of the
+// largest request / quantum) turns of the round robin. `requests` in order of arrival.
 BatchChoice SelectBatch(std::span<const RunnableRequest> requests, const FairShare& share,
                         const BatchLimits& limits);
 

@@ -88,6 +88,23 @@ void ClothRuntime::End(const Status& reason) {
   if (world_ != nullptr) world_->Leave(*this);
   world_ = nullptr;
   for (ActiveRequest* request : turns_) request->EndWith(reason);
+  RingBells();
+}
+
+void ClothRuntime::Watch(const std::shared_ptr<ChangeBell>& bell, uint32_t index) {
+  std::erase_if(watchers_, [](const Watcher& watcher) { return watcher.bell.expired(); });
+  watchers_.push_back({bell, index});
+}
+
+void ClothRuntime::RingBells() {
+  for (const Watcher& watcher : watchers_) {
+    if (const std::shared_ptr<ChangeBell> bell = watcher.bell.lock()) bell->Ring(watcher.index);
+  }
+}
+
+void ClothRuntime::TellChange() {
+  published_.Publish(progress_);
+  RingBells();
 }
 
 double ClothRuntime::TimeAfter_s(uint64_t completed_steps) const {
@@ -108,7 +125,7 @@ void ClothRuntime::CompleteStep(const StepReport& report) {
     FollowBodies(report);
   }
   sleep_.CompleteStep(report);
-  published_.Publish(progress_);
+  TellChange();
 }
 
 void ClothRuntime::FollowBodies(const StepReport& report) {
@@ -123,7 +140,7 @@ void ClothRuntime::CompleteStepAsleep() {
   progress_.time_s = NextTime_s();
   ++progress_.completed_steps;
   progress_.warnings.Count(sleep_.report().warnings);
-  published_.Publish(progress_);
+  TellChange();
 }
 
 StepReport ClothRuntime::Shifted(StepReport report) const {
@@ -145,14 +162,14 @@ void ClothRuntime::Reset(const std::vector<Eigen::Vector3d>& pin_starts_m,
   ++reset_count_;
   controls_.Reset(pin_starts_m, pin_targets_m);
   sleep_.Wake();
-  published_.Publish(progress_);
+  TellChange();
 }
 
 void ClothRuntime::Restate() {
   progress_.fault = FaultReason::kNone;
   ++state_version_;
   sleep_.Wake();
-  published_.Publish(progress_);
+  TellChange();
 }
 
 uint64_t RuntimeState::held_bytes() const {
@@ -192,7 +209,7 @@ void ClothRuntime::Restore(const RuntimeState& state) {
   sleep_ = state.sleep;
   ++state_version_;
   ++reset_count_;
-  published_.Publish(progress_);
+  TellChange();
 }
 
 void ClothRuntime::SetSettings(const StepSettings& settings) {

@@ -10,6 +10,7 @@
 
 #include "server/core/ids.h"
 #include "server/scene/scene_model.h"
+#include "server/scheduler/change_bell.h"
 #include "server/scheduler/cloth_controls.h"
 #include "server/scheduler/cloth_world.h"
 #include "server/scheduler/cost_estimate.h"
@@ -198,6 +199,10 @@ class ClothRuntime {
     model_ = std::move(model);
   }
 
+  // From now on whatever changes what is seen of the cloth rings `bell` as its cloth `index`, as
+  // long as the bell exists.
+  void Watch(const std::shared_ptr<ChangeBell>& bell, uint32_t index);
+
   // Step requests that name this cloth, in order of arrival; the first one has the turn
   // (active_request.h). For the scheduler only.
   std::deque<ActiveRequest*>& turns() { return turns_; }
@@ -207,6 +212,9 @@ class ClothRuntime {
   // They are where the step that is complete has moved them.
   void FollowBodies(const StepReport& report);
   void SetTimeStep(double time_step_s);
+  // To progress() and to those who watch.
+  void TellChange();
+  void RingBells();
 
   bool is_alive_ = false;
   ClothHandle handle_;
@@ -225,6 +233,11 @@ class ClothRuntime {
   SleepWatch sleep_;
   std::deque<ActiveRequest*> turns_;
   std::shared_ptr<ClothWorld> world_;
+  struct Watcher {
+    std::weak_ptr<ChangeBell> bell;
+    uint32_t index = 0;
+  };
+  std::vector<Watcher> watchers_;
   PublishedProgress published_;
 };
 

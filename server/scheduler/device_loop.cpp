@@ -187,7 +187,7 @@ std::vector<DeviceLoop::Part> DeviceLoop::SelectParts() {
     if (HeldBackUntil_us(*request, now_us)) continue;
     runnable.push_back({request->session(),
                         request->Costs(rate_, us_per_cost, settings_.batch.max_cost),
-                        request->last_round()});
+                        request->last_round(), rates_.WeightOf(request->work().tenant)});
     requests.push_back(request.get());
   }
   if (runnable.empty()) return {};

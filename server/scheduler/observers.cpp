@@ -81,7 +81,9 @@ void ObserverSet::Add(ObserverSpec spec, std::shared_ptr<Observer> observer) {
               "a subscription needs a rate and a field");
   DRAPE_CHECK(!spec.queue || spec.max_hz == 0, "a rate would leave frames out");
   Subscription subscription;
+  subscription.bell = std::make_shared<ChangeBell>(spec.cloths.size());
   for (const auto& cloth : spec.cloths) {
+    cloth->Watch(subscription.bell, static_cast<uint32_t>(subscription.seen.size()));
     Seen seen;
     seen.completed_steps = cloth->now().completed_steps;
     seen.reset_count = cloth->reset_count();
@@ -97,10 +99,14 @@ std::optional<int64_t> ObserverSet::Serve(Backend& backend, int64_t now_us) {
   std::optional<int64_t> wake_at_us;
   for (auto entry = subscriptions_.begin(); entry != subscriptions_.end();) {
     Subscription& subscription = *entry;
+    const std::vector<uint32_t> changed = subscription.bell->Take();
+    std::vector<uint32_t> due = NewlyDue(subscription, changed);
+    const bool is_newly_due = !due.empty();
     // Before its end: what is due was stepped before it was cancelled.
     const Status served =
-        subscription.spec.queue ? ServeEveryFrame(subscription, backend) : Status();
-    std::optional<Status> reason = EndReason(subscription);
+        subscription.spec.queue ? ServeEveryFrame(subscription, std::move(due), backend) : Status();
+    const bool may_have_lost_all = std::exchange(subscription.is_new, false) || !changed.empty();
+    std::optional<Status> reason = EndReason(subscription, may_have_lost_all);
     if (!reason && !served.ok()) reason = served;
     if (reason) {
       complete_([on_end = subscription.spec.on_end, reason] { on_end(*reason); });
@@ -108,7 +114,8 @@ std::optional<int64_t> ObserverSet::Serve(Backend& backend, int64_t now_us) {
       continue;
     }
     if (!subscription.spec.queue) {
-      const std::optional<int64_t> again_us = ServeLatest(subscription, backend, now_us);
+      const std::optional<int64_t> again_us =
+          ServeLatest(subscription, is_newly_due, backend, now_us);
       if (again_us) wake_at_us = std::min(wake_at_us.value_or(*again_us), *again_us);
     }
     ++entry;
@@ -143,10 +150,10 @@ std::shared_ptr<FrameContent> ObserverSet::Content(const Subscription& subscript
   return content;
 }
 
-std::optional<int64_t> ObserverSet::ServeLatest(Subscription& subscription, Backend& backend,
-                                                int64_t now_us) {
+std::optional<int64_t> ObserverSet::ServeLatest(Subscription& subscription, bool is_newly_due,
+                                                Backend& backend, int64_t now_us) {
   FrameSituation situation;
-  situation.is_newly_due = !NewlyDue(subscription).empty();
+  situation.is_newly_due = is_newly_due;
   situation.is_owed = subscription.is_owed;
   situation.lacked_credit = subscription.lacked_credit;
   situation.is_paused = subscription.observer->is_paused_;
@@ -176,8 +183,8 @@ std::optional<int64_t> ObserverSet::ServeLatest(Subscription& subscription, Back
   return decision.wake_at_us;
 }
 
-Status ObserverSet::ServeEveryFrame(Subscription& subscription, Backend& backend) {
-  std::vector<uint32_t> due = NewlyDue(subscription);
+Status ObserverSet::ServeEveryFrame(Subscription& subscription, std::vector<uint32_t> due,
+                                    Backend& backend) {
   if (subscription.is_owed) {  // the first one holds every cloth
     due.resize(subscription.seen.size());
     std::iota(due.begin(), due.end(), 0u);
@@ -206,10 +213,12 @@ void ObserverSet::EndAll(const Status& status) {
   subscriptions_.clear();
 }
 
-std::optional<Status> ObserverSet::EndReason(const Subscription& subscription) {
+std::optional<Status> ObserverSet::EndReason(const Subscription& subscription,
+                                             bool may_have_lost_all) {
   if (subscription.observer->is_cancelled_) {
     return Status(StatusCode::kCancelled, "CANCELLED", "the subscription was cancelled");
   }
+  if (!may_have_lost_all) return std::nullopt;
   const auto& cloths = subscription.spec.cloths;
   if (std::none_of(cloths.begin(), cloths.end(),
                    [](const auto& cloth) { return cloth->is_alive(); })) {
@@ -219,10 +228,11 @@ std::optional<Status> ObserverSet::EndReason(const Subscription& subscription) {
   return std::nullopt;
 }
 
-std::vector<uint32_t> ObserverSet::NewlyDue(Subscription& subscription) {
+std::vector<uint32_t> ObserverSet::NewlyDue(Subscription& subscription,
+                                            const std::vector<uint32_t>& changed) {
   std::vector<uint32_t> due;
   const uint64_t every = subscription.spec.every_n_steps;
-  for (uint32_t k = 0; k < subscription.seen.size(); ++k) {
+  for (const uint32_t k : changed) {
     const ClothRuntime& cloth = *subscription.spec.cloths[k];
     Seen& seen = subscription.seen[k];
     const uint64_t completed = cloth.now().completed_steps;

@@ -165,8 +165,10 @@ class ObserverSet {
     ObserverSpec spec;
     std::shared_ptr<Audience> audience;
     std::shared_ptr<Observer> observer;
-    std::vector<Seen> seen;  // [cloth]
-    bool is_owed = true;     // the first frame
+    std::vector<Seen> seen;            // [cloth]
+    std::shared_ptr<ChangeBell> bell;  // of its cloths
+    bool is_new = true;                // not served yet
+    bool is_owed = true;               // the first frame
     bool lacked_credit = false;
     uint64_t frame = 0;
     uint64_t frames_dropped = 0;
@@ -178,14 +180,16 @@ class ObserverSet {
   std::shared_ptr<FrameContent> Content(const Subscription& subscription,
                                         std::vector<uint32_t> cloths, Backend& backend);
   // Sends the latest state if a frame is due and may be sent; when to look again.
-  std::optional<int64_t> ServeLatest(Subscription& subscription, Backend& backend, int64_t now_us);
+  std::optional<int64_t> ServeLatest(Subscription& subscription, bool is_newly_due,
+                                     Backend& backend, int64_t now_us);
   // Sends the frame that is due, if there is one. An error: there is no room for it.
-  Status ServeEveryFrame(Subscription& subscription, Backend& backend);
-  // Indices of the cloths for which a frame is due since the last call.
-  static std::vector<uint32_t> NewlyDue(Subscription& subscription);
+  Status ServeEveryFrame(Subscription& subscription, std::vector<uint32_t> due, Backend& backend);
+  // Those of the cloths that have changed for which a frame is due since the last call.
+  static std::vector<uint32_t> NewlyDue(Subscription& subscription,
+                                        const std::vector<uint32_t>& changed);
   // Sends those of the cloths that are alive; all of them have been seen. False: there are none.
   bool SendFrame(Subscription& subscription, std::vector<uint32_t> cloths, Backend& backend);
-  static std::optional<Status> EndReason(const Subscription& subscription);
+  static std::optional<Status> EndReason(const Subscription& subscription, bool may_have_lost_all);
 
   std::function<void(std::function<void()>)> complete_;
   std::list<Subscription> subscriptions_;

@@ -14,9 +14,17 @@ void RateQuota::Set(RateLimits limits) {
   for (auto& [tenant, bucket] : buckets_) {
     bucket.content = std::min(bucket.content, kBucket_s * Limit(tenant));
   }
+  has_weights_ = !limits_.weights.empty();
   has_limits_ =
       limits_.per_tenant > 0 || std::any_of(limits_.of_tenant.begin(), limits_.of_tenant.end(),
                                             [](const auto& entry) { return entry.second > 0; });
+}
+
+uint32_t RateQuota::WeightOf(const std::string& tenant) const {
+  if (!has_weights_.load(std::memory_order_relaxed)) return 1;
+  const std::lock_guard lock(mutex_);
+  const auto own = limits_.weights.find(tenant);
+  return own == limits_.weights.end() ? 1 : own->second;
 }
 
 double RateQuota::Limit(const std::string& tenant) const {

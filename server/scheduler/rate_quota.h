@@ -19,6 +19,8 @@ struct RateLimits {
   double per_tenant = 0;
   // Of tenants that have one of their own; 0: no limit.
   std::unordered_map<std::string, double> of_tenant{};
+  // Shares of a full device, of tenants that have others than 1; >= 1.
+  std::unordered_map<std::string, uint32_t> weights{};
 };
 
 // What one tenant has had done.
@@ -50,6 +52,7 @@ class RateQuota {
   // False: WaitUntil_us never has to be asked.
   bool has_limits() const { return has_limits_.load(std::memory_order_relaxed); }
   double LimitOf(const std::string& tenant) const;
+  uint32_t WeightOf(const std::string& tenant) const;
 
   // So much was done for the tenant [particle-substeps].
   void Charge(const std::string& tenant, double work);
@@ -74,6 +77,7 @@ class RateQuota {
 
   const Clock& clock_;
   std::atomic<bool> has_limits_{false};
+  std::atomic<bool> has_weights_{false};
   mutable std::mutex mutex_;
   RateLimits limits_;
   std::unordered_map<std::string, Bucket> buckets_;

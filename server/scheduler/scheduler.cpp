@@ -48,12 +48,12 @@ const SchedulerLimits& Scheduler::limits() const {
   return core_->limits();
 }
 
-Status Scheduler::Post(DeviceCommand command) {
-  return core_->Post(std::move(command));
+Status Scheduler::Post(const std::string& owner, DeviceCommand command) {
+  return core_->Post(owner, std::move(command));
 }
 
-bool Scheduler::PostCleanup(DeviceCommand command) {
-  return core_->PostCleanup(std::move(command));
+bool Scheduler::PostCleanup(const std::string& owner, DeviceCommand command) {
+  return core_->PostCleanup(owner, std::move(command));
 }
 
 Status Scheduler::RunBlocking(std::function<Status(Backend&)> command) {
@@ -61,7 +61,7 @@ Status Scheduler::RunBlocking(std::function<Status(Backend&)> command) {
   auto outcome = std::make_shared<std::promise<Status>>();
   std::future<Status> result = outcome->get_future();
   const bool is_taken =
-      core_->PostCleanup([command = std::move(command), outcome](Backend& backend) {
+      core_->PostCleanup({}, [command = std::move(command), outcome](Backend& backend) {
         outcome->set_value(command(backend));
       });
   return is_taken ? result.get() : DrainingStatus();
@@ -82,9 +82,10 @@ Status Scheduler::ReadStates(std::vector<std::shared_ptr<ClothRuntime>> cloths,
                              const CancelToken& cancel) {
   DRAPE_CHECK(fields.any(), "nothing to read");
   DRAPE_ASSIGN_OR_RETURN(std::shared_ptr<void> permit, core_->read_permits().Take(session, tenant));
-  return core_->Post([core = core_.get(), cloths = std::move(cloths), fields,
-                      done = std::move(done), in_flight = std::move(permit),
-                      cancel](Backend& backend) mutable {
+  const std::string& owner = tenant.empty() ? session : tenant;
+  return core_->Post(owner, [core = core_.get(), cloths = std::move(cloths), fields,
+                             done = std::move(done), in_flight = std::move(permit),
+                             cancel](Backend& backend) mutable {
     const Status readable = CheckReadable(cloths, cancel);
     auto states = std::make_shared<Result<ClothStates>>(
         readable.ok() ? Result<ClothStates>(ReadClothStates(backend, cloths, fields)) : readable);
@@ -102,8 +103,9 @@ Status Scheduler::ReadForDrawing(std::vector<std::shared_ptr<ClothRuntime>> clot
                                  const CancelToken& cancel) {
   DRAPE_CHECK(fields.any(), "nothing to read");
   DRAPE_ASSIGN_OR_RETURN(std::shared_ptr<void> permit, core_->read_permits().Take(session, tenant));
-  return core_->Post([cloths = std::move(cloths), fields, on_device, done = std::move(done),
-                      in_flight = std::move(permit), cancel](Backend& backend) mutable {
+  const std::string& owner = tenant.empty() ? session : tenant;
+  return core_->Post(owner, [cloths = std::move(cloths), fields, on_device, done = std::move(done),
+                             in_flight = std::move(permit), cancel](Backend& backend) mutable {
     const Status readable = CheckReadable(cloths, cancel);
     if (!readable.ok()) {
       in_flight.reset();
@@ -124,8 +126,9 @@ Result<std::shared_ptr<Observer>> Scheduler::Subscribe(ObserverSpec spec) {
       },
       std::move(permit));
   observer->AddCredit(spec.initial_credit);
+  const std::string owner = spec.tenant.empty() ? spec.session : spec.tenant;
   DRAPE_RETURN_IF_ERROR(
-      core_->Post([core = core_.get(), spec = std::move(spec), observer](Backend&) mutable {
+      core_->Post(owner, [core = core_.get(), spec = std::move(spec), observer](Backend&) mutable {
         core->observers().Add(std::move(spec), std::move(observer));
       }));
   return observer;

@@ -11,6 +11,7 @@
 #include "server/core/clock.h"
 #include "server/core/duration_histogram.h"
 #include "server/core/status.h"
+#include "server/scheduler/command_queue.h"
 #include "server/scheduler/observers.h"
 #include "server/scheduler/rate_quota.h"
 #include "server/scheduler/step_work.h"
@@ -23,9 +24,6 @@ Status DrainingStatus();
 
 // Runs on the device thread; an error is what Scheduler::Start returns.
 using BackendFactory = std::function<Result<std::unique_ptr<Backend>>()>;
-// Runs on the device thread between two rounds. Must not block.
-using DeviceCommand = std::function<void(Backend&)>;
-
 struct SchedulerLimits {
   // Cloths stepped in one backend.Step. More: a large device is used better; fewer: sessions
   // interleave more finely.
@@ -80,9 +78,9 @@ struct QueuedRequests {
 
 // Thread-safe unless a method says otherwise. Methods never wait for the device unless they say so.
 //
-// Order: the commands and requests of one caller are taken over in that order, commands first
-// within a round. A command that is posted while a request runs takes effect between two of its
-// steps.
+// Order: the commands of one owner are run in that order, before the requests that came with them
+// unless the commands of a round take too long together. A command that is posted while a request
+// runs takes effect between two of its steps.
 class Scheduler {
  public:
   // Starts the threads and waits for the factory. `clock` must outlive the scheduler.
@@ -99,10 +97,12 @@ class Scheduler {
 
   // For commands that a client's request caused. UNAVAILABLE (DRAINING) or RESOURCE_EXHAUSTED
   // (QUEUE_FULL): the command is dropped. An accepted command is always run.
-  Status Post(DeviceCommand command);
+  // `owner`: the tenant, or without tenants the session; owners take turns, and their places are
+  // limited by what is free.
+  Status Post(const std::string& owner, DeviceCommand command);
   // For commands that free something or continue what was begun: ignores the limits. False after
   // Drain: the backend and all its cloths are destroyed; the command is dropped.
-  [[nodiscard]] bool PostCleanup(DeviceCommand command);
+  [[nodiscard]] bool PostCleanup(const std::string& owner, DeviceCommand command);
   // PostCleanup, then waits for the result. Not on the device or the completion thread.
   Status RunBlocking(std::function<Status(Backend&)> command);
   // Runs `function` on the completion thread, after all earlier ones. For the answers of commands.

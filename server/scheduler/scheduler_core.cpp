@@ -18,6 +18,13 @@ namespace {
 // clock is read if it is advanced by hand or the time has just passed.
 constexpr int64_t kMinWait_us = 1000;
 
+// How many times as long as its command took an owner rests. More: the long waits of others are
+// fewer among their short ones; fewer: what takes long is done sooner.
+constexpr int64_t kRests = 4;
+
+// Who asked for something so long ago may be about to ask again.
+constexpr int64_t kJustNow_us = 200'000;
+
 // Limits of an answer that the device thread gives itself: writing more positions takes over 0.1
 // ms, and more reports take longer than waking a thread.
 constexpr size_t kMaxParticlesGivenAtOnce = size_t{1} << 16;
@@ -74,23 +81,70 @@ Status Scheduler::Core::Start(BackendFactory factory) {
   return status;
 }
 
-Status Scheduler::Core::Post(DeviceCommand command) {
+Status Scheduler::Core::Post(const std::string& owner, DeviceCommand command) {
   const std::lock_guard lock(mutex_);
   if (is_draining_) return DrainingStatus();
-  if (commands_.size() >= limits_.max_queued_commands) {
-    return QueueFull("max_queued_commands", limits_.max_queued_commands, limits_.retry_after_ms);
+  // As the places of requests (Submit).
+  const size_t free =
+      limits_.max_queued_commands - std::min<size_t>(limits_.max_queued_commands, commands_.size());
+  if (commands_.size_of(owner) >= free) {
+    return QueueFull("there are as many free places of max_queued_commands as the caller has",
+                     static_cast<uint32_t>(free), limits_.retry_after_ms);
   }
-  commands_.push_back(std::move(command));
+  See(owner, clock_.NowUs());
+  commands_.Push(owner, std::move(command));
   Notify();
   return Status::Ok();
 }
 
-bool Scheduler::Core::PostCleanup(DeviceCommand command) {
+bool Scheduler::Core::PostCleanup(const std::string& owner, DeviceCommand command) {
   const std::lock_guard lock(mutex_);
   if (is_stopped_) return false;
-  commands_.push_back(std::move(command));
+  commands_.Push(owner, std::move(command));
   Notify();
   return true;
+}
+
+void Scheduler::Core::See(const std::string& owner, int64_t now_us) {
+  if (owner != last_asked_.owner) asked_before_ = std::exchange(last_asked_, {owner});
+  last_asked_.at_us = now_us;
+}
+
+bool Scheduler::Core::HasSeenOthers(const std::string& owner, int64_t now_us) const {
+  const Asked& other = owner == last_asked_.owner ? asked_before_ : last_asked_;
+  return other.at_us > now_us - kJustNow_us;
+}
+
+std::optional<CommandQueue::Entry> Scheduler::Core::NextCommand() {
+  const std::lock_guard lock(mutex_);
+  if (is_draining_) commands_.EndRests();
+  return commands_.Pop(clock_.NowUs());
+}
+
+// Whoever takes the device for longer than a batch leaves it to others for a while.
+void Scheduler::Core::EndCommand(const std::string& owner, int64_t took_us) {
+  if (took_us <= limits_.batch_budget_us || owner.empty()) return;
+  const std::lock_guard lock(mutex_);
+  const int64_t now_us = clock_.NowUs();
+  if (HasSeenOthers(owner, now_us)) commands_.Rest(owner, now_us, now_us + kRests * took_us);
+}
+
+void Scheduler::Core::RunCommands(Backend& backend) {
+  {
+    const std::lock_guard lock(mutex_);
+    commands_.BeginRound();
+  }
+  const int64_t begin_us = clock_.NowUs();
+  for (int64_t now_us = begin_us; now_us - begin_us <= limits_.batch_budget_us;) {
+    std::optional<CommandQueue::Entry> next = NextCommand();
+    if (!next) return;
+    const trace::Span span("command");
+    next->command(backend);
+    next->command = nullptr;
+    const int64_t end_us = clock_.NowUs();
+    EndCommand(next->owner, end_us - now_us);
+    now_us = end_us;
+  }
 }
 
 Status Scheduler::Core::Submit(StepWork work) {
@@ -118,6 +172,7 @@ Status Scheduler::Core::Submit(StepWork work) {
   ++session->second;
   ++request_count_;
   const int64_t now_us = clock_.NowUs();
+  See(work.owner(), now_us);
   gathering_.Arrive(work.session, now_us);
   submissions_.push_back({std::move(work), now_us});
   // While more requests are awaited, the device thread need not wake for each one.
@@ -183,10 +238,7 @@ void Scheduler::Core::RunRounds(Backend& backend) {
   Load load;
   for (;;) {
     Inbox inbox = TakeInbox(load);
-    for (DeviceCommand& command : inbox.commands) {
-      const trace::Span span("command");
-      command(backend);
-    }
+    RunCommands(backend);
     for (Submission& submission : inbox.submissions) {
       loop.Admit(std::move(submission.work), submission.submitted_us);
     }
@@ -245,7 +297,9 @@ void Scheduler::Core::SpinForNews(std::unique_lock<std::mutex>& lock, int64_t un
 }
 
 bool Scheduler::Core::HasWork(const Load& load) const {
-  return load.is_busy || is_woken_ || !commands_.empty() || IsBatchDue(load.is_busy) ||
+  const std::optional<int64_t> ready_us = commands_.ReadyAt_us();
+  const bool has_commands = ready_us && (is_draining_ || *ready_us <= clock_.NowUs());
+  return load.is_busy || is_woken_ || has_commands || IsBatchDue(load.is_busy) ||
          IsAtTheEnd(load.has_requests);
 }
 
@@ -261,12 +315,12 @@ void Scheduler::Core::WaitForWork(std::unique_lock<std::mutex>& lock, const Load
   using std::chrono::microseconds;
   using std::chrono::steady_clock;
   Deadline wake_at;
-  const std::optional<int64_t> wake_at_us = load.wake_at_us;
-  if (wake_at_us.has_value()) {
-    const int64_t wait_us = std::max(*wake_at_us - clock_.NowUs(), kMinWait_us);
-    wake_at = steady_clock::now() + microseconds(wait_us);
-  }
   for (;;) {
+    const std::optional<int64_t> wake_at_us = Earlier(load.wake_at_us, commands_.ReadyAt_us());
+    if (wake_at_us.has_value() && !wake_at.has_value()) {
+      const int64_t wait_us = std::max(*wake_at_us - clock_.NowUs(), kMinWait_us);
+      wake_at = steady_clock::now() + microseconds(wait_us);
+    }
     const int64_t now_us = clock_.NowUs();
     const std::optional<int64_t> gather_until_us = gathering_.WaitUntil(now_us);
     if (is_held_) {
@@ -299,7 +353,6 @@ Scheduler::Core::Inbox Scheduler::Core::TakeInbox(const Load& load) {
   Inbox inbox;
   inbox.is_last = IsAtTheEnd(load.has_requests);
   is_stopped_ = inbox.is_last;
-  inbox.commands.swap(commands_);
   if (IsBatchDue(load.is_busy) || inbox.is_last) inbox.submissions.swap(submissions_);
   return inbox;
 }

@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <deque>
 #include <future>
+#include <limits>
 #include <mutex>
 #include <optional>
 #include <string>
@@ -15,6 +16,7 @@
 #include <vector>
 
 #include "server/core/session_permits.h"
+#include "server/scheduler/command_queue.h"
 #include "server/scheduler/completion_queue.h"
 #include "server/scheduler/device_loop.h"
 #include "server/scheduler/gathering.h"
@@ -30,8 +32,8 @@ class Scheduler::Core {
 
   // Once, before anything else. After an error only the destructor may be called.
   Status Start(BackendFactory factory);
-  Status Post(DeviceCommand command);
-  bool PostCleanup(DeviceCommand command);
+  Status Post(const std::string& owner, DeviceCommand command);
+  bool PostCleanup(const std::string& owner, DeviceCommand command);
   Status Submit(StepWork work);
   void Drain(int64_t grace_us, DeviceCommand last);
   void Hold();
@@ -59,16 +61,17 @@ class Scheduler::Core {
     StepWork work;
     int64_t submitted_us = 0;
   };
-  // The work that the device thread takes over at the beginning of a round; only commands while the
-  // next batch waits for more requests.
+  // The work that the device thread takes over at the beginning of a round, beside commands; none
+  // while the next batch waits for more requests.
   struct Inbox {
-    std::deque<DeviceCommand> commands;
     std::deque<Submission> submissions;
     bool is_last = false;  // nothing will follow: end the rest and stop
   };
 
   void DeviceThread(const BackendFactory& factory, std::promise<Status>& started);
   void RunRounds(Backend& backend);
+  // Those that wait, in turns, for about the time of a batch.
+  void RunCommands(Backend& backend);
   // What the device thread has to do besides the inbox.
   struct Load {
     bool has_requests = false;
@@ -87,6 +90,12 @@ class Scheduler::Core {
 
   // --- With mutex_ held.
 
+  // Somebody asks for something. Whether somebody else has, just now.
+  void See(const std::string& owner, int64_t now_us);
+  bool HasSeenOthers(const std::string& owner, int64_t now_us) const;
+  std::optional<CommandQueue::Entry> NextCommand();
+  // A command is over that took so long.
+  void EndCommand(const std::string& owner, int64_t took_us);
   // Returns when there is work, or at that time by the clock.
   void WaitForWork(std::unique_lock<std::mutex>& lock, const Load& load);
   bool HasWork(const Load& load) const;
@@ -116,7 +125,13 @@ class Scheduler::Core {
   std::condition_variable wake_;    // for the device thread
   std::atomic<uint64_t> news_{0};   // number of notifications
   std::condition_variable parked_;  // for Hold
-  std::deque<DeviceCommand> commands_;
+  CommandQueue commands_;
+  // The last who asked for something, and the last before it who was another one.
+  struct Asked {
+    std::string owner;
+    int64_t at_us = std::numeric_limits<int64_t>::min() / 2;
+  };
+  Asked last_asked_, asked_before_;
   std::deque<Submission> submissions_;
   QueuedRequests requests_;
   uint32_t request_count_ = 0;

@@ -59,7 +59,7 @@ Placement PlacementOf(const SceneModel& model, const ClothCopy& copy) {
 void PrepareCloths(const ClothCreation& creation,
                    const std::function<void(const SceneModel&, const ClothParameters&)>& prepare) {
   if (!prepare) return;
-  for (size_t k = 0; k < std::min(creation.copies.size(), kMaxPreparedCopies); ++k) {
+  for (size_t k = 0; k < std::min(creation.copies.size(), kMaxPreparedCloths); ++k) {
     const ClothCopy& copy = creation.copies[k];
     const SceneModel& model = copy.model != nullptr ? *copy.model : *creation.model;
     prepare(model, OnDevice(model, copy.parameters, PlacementOf(model, copy)));
@@ -74,7 +74,8 @@ Status ClothMaker::MakeOne(Backend& backend, const ClothCopy& copy) {
   const ClothParameters on_device = OnDevice(*model, copy.parameters, placement);
   DRAPE_ASSIGN_OR_RETURN(ClothHandle handle, backend.Create(model, on_device, state));
   auto description = std::make_shared<const ClothDescription>(
-      ClothDescription{described, model, copy.parameters, pins_, plan_, creation_.map_charges});
+      ClothDescription{described, model, copy.parameters, pins_, plan_, creation_.map_charges,
+                       copy.model != nullptr ? copy.model_charge : creation_.model_charge});
   made_.push_back(
       std::make_shared<ClothRecord>(placement, copy.transform, std::move(description), copy.start));
   made_.back()->world = creation_.world;
@@ -101,9 +102,11 @@ void FreeCloth(Backend& backend, ClothRecord& cloth, const Status& reason) {
   cloth.runtime->End(reason);
   backend.Destroy(cloth.runtime->handle());
   // Frees the quota before any answer is sent, even if the record is still held.
-  if (cloth.description()->map_charges.empty()) return;
+  const auto last = cloth.description();
+  if (last->map_charges.empty() && last->model_charge == nullptr) return;
   auto after = std::make_shared<ClothDescription>(*cloth.description());
   after->map_charges.clear();
+  after->model_charge = nullptr;
   cloth.ReplaceDescription(std::move(after));
 }
 

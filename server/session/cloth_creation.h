@@ -39,9 +39,9 @@ class ClothMaker {
 };
 
 // Has done what takes long in the first creation of such cloths (BackendDescription::prepare; may
-// be empty), of so many copies: those of one request are mostly of one kind. Not on the device
+// be empty), of so many cloths: those of one request are mostly of one kind. Not on the device
 // thread.
-inline constexpr size_t kMaxPreparedCopies = 16;
+inline constexpr size_t kMaxPreparedCloths = 16;
 void PrepareCloths(const ClothCreation& creation,
                    const std::function<void(const SceneModel&, const ClothParameters&)>& prepare);
 

@@ -1,5 +1,7 @@
 #include "server/session/cloth_import.h"
 
+#include <algorithm>
+
 #include "server/session/cloth_creation.h"
 
 namespace drape {
@@ -35,6 +37,16 @@ void ImportMaker::Unmake(Backend& backend) {
   for (const auto& cloth : made_) FreeCloth(backend, *cloth);
   made_.clear();
   cloths_.clear();  // and what they charge
+}
+
+void PrepareImport(std::span<const SavedCloth> cloths,
+                   const std::function<void(const SceneModel&, const ClothParameters&)>& prepare) {
+  if (!prepare) return;
+  for (const SavedCloth& cloth : cloths.first(std::min(cloths.size(), kMaxPreparedCloths))) {
+    const ClothDescription& description = *cloth.description;
+    prepare(*description.model,
+            OnDevice(*description.model, description.parameters, cloth.placement));
+  }
 }
 
 }  // namespace drape

@@ -2,7 +2,9 @@
 #pragma once
 
 #include <cstddef>
+#include <functional>
 #include <memory>
+#include <span>
 #include <vector>
 
 #include "server/session/cloth_record.h"
@@ -30,5 +32,9 @@ class ImportMaker {
   std::vector<SavedCloth> cloths_;
   std::vector<std::shared_ptr<ClothRecord>> made_;
 };
+
+// BackendDescription::prepare for the first few of them. Not on the device thread.
+void PrepareImport(std::span<const SavedCloth> cloths,
+                   const std::function<void(const SceneModel&, const ClothParameters&)>& prepare);
 
 }  // namespace drape

@@ -36,6 +36,7 @@ struct ClothCopy {
   // With the lengths that the start lets out; null: those of the creation.
   std::shared_ptr<const ModelDescription> description{};
   std::shared_ptr<const SceneModel> model{};
+  std::shared_ptr<const void> model_charge{};  // filled in by Session::CreateCloths
 };
 
 // The input of Session::CreateCloths, in the frames that clients see.
@@ -47,7 +48,9 @@ struct ClothCreation {
   std::vector<Pin> pins;
   std::vector<ClothCopy> copies;  // at least one
   std::string world{};            // cloths of the same name touch each other; empty: none
-  MapCharges map_charges{};       // for the copies' colliders; filled in by Session::CreateCloths
+  // Filled in by Session::CreateCloths: for the copies' colliders, for the model (SharedModel).
+  MapCharges map_charges{};
+  std::shared_ptr<const void> model_charge{};
 };
 
 // New values of some of the numbers of an Owner; the others stay.
@@ -109,16 +112,22 @@ struct ClothChange {
   std::vector<ParameterOverride> overrides{};
 
   bool needs_model() const { return pins.has_value() || model.is_any_set(); }
+  // Whether the device may need other programs for the cloths than before.
+  bool may_need_programs() const {
+    return needs_model() || colliders || settings || self_collision || wind_m_per_s ||
+           numbers.is_any_set() || !overrides.empty();
+  }
 };
 
 // The part of a cloth that can change during its life. Immutable; replaced as a whole.
 struct ClothDescription {
   std::shared_ptr<const ModelDescription> model_description;
   std::shared_ptr<const SceneModel> model;
-  ClothParameters parameters;  // colliders in the environment frame
-  std::vector<Pin> pins;       // sorted by particle, like model->pins()
-  std::string plan;            // BackendDescription::plan_of
-  MapCharges map_charges{};    // for the colliders of `parameters`
+  ClothParameters parameters;                  // colliders in the environment frame
+  std::vector<Pin> pins;                       // sorted by particle, like model->pins()
+  std::string plan;                            // BackendDescription::plan_of
+  MapCharges map_charges{};                    // for the colliders of `parameters`
+  std::shared_ptr<const void> model_charge{};  // SharedModel
 };
 
 // A cloth of a session. Thread-safe.

@@ -52,12 +52,17 @@ Status ResetOnDevice(Backend& backend, std::span<const std::shared_ptr<ClothReco
   return Status::Ok();
 }
 
-Status WriteOnDevice(Backend& backend, std::span<const std::shared_ptr<ClothRecord>> cloths,
-                     std::span<const ParticleState> states) {
+Status CheckAlive(std::span<const std::shared_ptr<ClothRecord>> cloths) {
   for (const auto& cloth : cloths) {
     if (!cloth->runtime->is_alive()) return ClothNotFound(cloth->id);
   }
+  return Status::Ok();
+}
+
+Status WriteOnDevice(Backend& backend, std::span<const std::shared_ptr<ClothRecord>> cloths,
+                     std::span<const ParticleState> states) {
   for (size_t k = 0; k < cloths.size(); ++k) {
+    if (!cloths[k]->runtime->is_alive()) continue;  // deleted meanwhile
     ClothUpdate update;
     update.state = states[k];
     DRAPE_RETURN_IF_ERROR(backend.Write(cloths[k]->runtime->handle(), update));

@@ -38,8 +38,10 @@ Status OverrideOnDevice(Backend& backend, std::span<const std::shared_ptr<ClothR
 Status ResetOnDevice(Backend& backend, std::span<const std::shared_ptr<ClothRecord>> cloths,
                      const ClothStarts& starts);
 
-// Replaces the states, [cloth_count] in the frames of the cloths, of all of them or of none:
 // NOT_FOUND if one was deleted. Device thread.
+Status CheckAlive(std::span<const std::shared_ptr<ClothRecord>> cloths);
+// Replaces the states, [cloth_count] in the frames of the cloths, of those that are not deleted.
+// Device thread.
 Status WriteOnDevice(Backend& backend, std::span<const std::shared_ptr<ClothRecord>> cloths,
                      std::span<const ParticleState> states);
 

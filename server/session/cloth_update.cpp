@@ -109,6 +109,7 @@ Result<PlannedUpdate> Plan(const ClothRecord& cloth, const ClothChange& change, 
   if (changed != nullptr) {
     after->model_description = changed->description;
     after->model = changed->model;
+    after->model_charge = changed->charge;
     plan.write.model = after->model;
     plan.undo.model = before->model;
     PlanLengths(*cloth.runtime, change, *after->model, plan);
@@ -180,6 +181,19 @@ Status CheckWholeWorlds(std::span<const std::shared_ptr<ClothRecord>> cloths,
 }
 
 }  // namespace
+
+void PrepareUpdate(std::span<const std::shared_ptr<ClothRecord>> cloths, const ClothChange& change,
+                   std::span<const ChangedModel> models,
+                   const std::function<void(const SceneModel&, const ClothParameters&)>& prepare) {
+  if (!prepare) return;
+  for (size_t k = 0; k < std::min(cloths.size(), kMaxPreparedCloths); ++k) {
+    const auto before = cloths[k]->description();
+    const Result<ClothParameters> after = ApplyChange(before->parameters, change, k);
+    if (!after.ok()) return;  // UpdateOnDevice says so
+    const SceneModel& model = models.empty() ? *before->model : *models[k].model;
+    prepare(model, OnDevice(model, *after, cloths[k]->placement));
+  }
+}
 
 Status UpdateOnDevice(Backend& backend, std::span<const std::shared_ptr<ClothRecord>> cloths,
                       const ClothChange& change, std::span<const ChangedModel> models,

@@ -1,6 +1,7 @@
 // Changing live cloths: all of them or none.
 #pragma once
 
+#include <functional>
 #include <memory>
 #include <span>
 #include <vector>
@@ -20,6 +21,11 @@ namespace drape {
 Status UpdateOnDevice(Backend& backend, std::span<const std::shared_ptr<ClothRecord>> cloths,
                       const ClothChange& change, std::span<const ChangedModel> models,
                       const ModelRules& rules = {});
+
+// BackendDescription::prepare for the first few of the cloths as they will be.
+void PrepareUpdate(std::span<const std::shared_ptr<ClothRecord>> cloths, const ClothChange& change,
+                   std::span<const ChangedModel> models,
+                   const std::function<void(const SceneModel&, const ClothParameters&)>& prepare);
 
 // The reason of the error of an update that came too late.
 inline constexpr char kUpdateConflict[] = "UPDATE_CONFLICT";

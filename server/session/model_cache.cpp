@@ -1,12 +1,69 @@
 #include "server/session/model_cache.h"
 
 #include <algorithm>
+#include <span>
 #include <utility>
 #include <vector>
 
 namespace drape {
 
-std::shared_ptr<const SceneModel> ModelCache::Share(std::shared_ptr<const SceneModel> model) {
+namespace {
+
+// A backend has a model of its own, about as large.
+constexpr uint64_t kCopies = 2;
+
+// Keeps what it counts alive, so that no other model gets its address.
+struct ModelCharge {
+  std::shared_ptr<const SceneModel> model;
+  std::shared_ptr<void> bytes;
+};
+
+}  // namespace
+
+uint64_t SizeOf_bytes(const SceneModel& model) {
+  uint64_t bytes = sizeof(model);
+  const auto add = [&bytes](const auto&... lists) {
+    ((bytes += std::span(lists).size_bytes()), ...);
+  };
+  add(model.rest_positions_m(), model.start_positions_m(), model.masses_kg(),
+      model.inverse_masses_per_kg(), model.pins());
+  add(model.constraints(), model.constraint_sources(), model.joints(), model.springs(),
+      model.spring_offsets(), model.spring_ends());
+  add(model.elastic_elements(), model.elastic_shares().offsets, model.elastic_shares().ends,
+      model.elastic_lines().lines, model.elastic_lines().stiffnesses_n_per_m);
+  add(model.tether_offsets(), model.tethers(), model.strips().strip_offsets,
+      model.strips().constraints, model.strips().particles);
+  add(model.triangles(), model.triangle_offsets(), model.particle_triangles(),
+      model.triangle_masses_kg(), model.corner_shares());
+  return bytes;
+}
+
+ModelCache::ModelCache(uint64_t max_bytes)
+    : budget_("QUOTA_EXCEEDED", ByteBudget::Limit{"half of max_model_bytes", max_bytes / 2},
+              ByteBudget::Limit{"max_model_bytes", max_bytes}, 0) {}
+
+Result<SharedModel> ModelCache::Share(const std::string& owner,
+                                      std::shared_ptr<const SceneModel> model) {
+  SharedModel shared;
+  shared.model = Find(std::move(model));
+  DRAPE_ASSIGN_OR_RETURN(shared.charge, Charge(owner, shared.model));
+  return shared;
+}
+
+Result<std::shared_ptr<const void>> ModelCache::Charge(
+    const std::string& owner, const std::shared_ptr<const SceneModel>& model) {
+  const std::lock_guard lock(mutex_);
+  std::weak_ptr<const void>& entry = charges_[{owner, model.get()}];
+  if (auto known = entry.lock()) return known;
+  DRAPE_ASSIGN_OR_RETURN(std::shared_ptr<void> bytes,
+                         budget_.Take(owner, kCopies * SizeOf_bytes(*model)));
+  const std::shared_ptr<const void> charge =
+      std::make_shared<const ModelCharge>(model, std::move(bytes));
+  entry = charge;
+  return charge;
+}
+
+std::shared_ptr<const SceneModel> ModelCache::Find(std::shared_ptr<const SceneModel> model) {
   // Released after the lock: this may be the last owner of a large model.
   std::vector<std::shared_ptr<const SceneModel>> looked_at;
   const std::lock_guard lock(mutex_);
@@ -18,13 +75,14 @@ std::shared_ptr<const SceneModel> ModelCache::Share(std::shared_ptr<const SceneM
     }
   }
   models_.emplace(model->content_hash(), model);
-  if (models_.size() > next_sweep_size_) DropDead();
+  if (std::max(models_.size(), charges_.size()) > next_sweep_size_) DropDead();
   return model;
 }
 
 void ModelCache::DropDead() {
   std::erase_if(models_, [](const auto& entry) { return entry.second.expired(); });
-  next_sweep_size_ = std::max<size_t>(64, 2 * models_.size());
+  std::erase_if(charges_, [](const auto& entry) { return entry.second.expired(); });
+  next_sweep_size_ = std::max<size_t>(64, 2 * std::max(models_.size(), charges_.size()));
 }
 
 size_t ModelCache::size() const {

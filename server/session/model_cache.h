@@ -1,30 +1,52 @@
-// Scene models of equal content are one object.
+// Scene models of equal content are one object, and count for those who have them.
 #pragma once
 
 #include <cstdint>
+#include <map>
 #include <memory>
 #include <mutex>
+#include <string>
 #include <unordered_map>
+#include <utility>
 
+#include "server/core/byte_budget.h"
 #include "server/scene/scene_model.h"
 
 namespace drape {
 
+// What a model takes in memory, but for what is small [bytes].
+uint64_t SizeOf_bytes(const SceneModel& model);
+
+// A model counts for its owner while its charge exists: once, however many cloths hold the charge.
+struct SharedModel {
+  std::shared_ptr<const SceneModel> model;
+  std::shared_ptr<const void> charge;
+};
+
 // Keeps no model alive. Thread-safe.
 class ModelCache {
  public:
+  // The models of all owners take at most so much memory, those of one at most half of it [bytes].
+  explicit ModelCache(uint64_t max_bytes);
+
   // A live model of the same content if there is one; otherwise `model`, which is shared from now
-  // on.
-  std::shared_ptr<const SceneModel> Share(std::shared_ptr<const SceneModel> model);
+  // on. RESOURCE_EXHAUSTED (QUOTA_EXCEEDED) if it is too much for `owner`.
+  Result<SharedModel> Share(const std::string& owner, std::shared_ptr<const SceneModel> model);
   // Live models.
   size_t size() const;
 
  private:
+  std::shared_ptr<const SceneModel> Find(std::shared_ptr<const SceneModel> model);
+  Result<std::shared_ptr<const void>> Charge(const std::string& owner,
+                                             const std::shared_ptr<const SceneModel>& model);
   void DropDead();
 
+  ByteBudget budget_;
   mutable std::mutex mutex_;
   std::unordered_multimap<uint64_t, std::weak_ptr<const SceneModel>> models_;  // by content hash
-  size_t next_sweep_size_ = 64;  // dead entries are dropped when there are more entries than this
+  std::map<std::pair<std::string, const SceneModel*>, std::weak_ptr<const void>> charges_;
+  // Dead entries are dropped when there are more of either than this.
+  size_t next_sweep_size_ = 64;
 };
 
 }  // namespace drape

@@ -79,7 +79,8 @@ void Apply(const ModelChange& change, ModelDescription& description) {
 }
 
 Result<ChangedModel> Build(const std::shared_ptr<const ModelDescription>& before,
-                           const ClothChange& change, const ModelRules& rules, ModelCache& models) {
+                           const ClothChange& change, const ModelRules& rules,
+                           const std::string& owner, ModelCache& models) {
   DRAPE_RETURN_IF_ERROR(CheckFits(change.model, before->topology));
   auto description = std::make_shared<ModelDescription>(*before);
   Apply(change.model, *description);
@@ -89,21 +90,23 @@ Result<ChangedModel> Build(const std::shared_ptr<const ModelDescription>& before
   }
   auto model = SceneModel::Build(*description, LimitsFor(change, rules.limits));
   if (!model.ok()) return Below("spec", model.status());
-  return ChangedModel{before, std::move(description), models.Share(*model)};
+  DRAPE_ASSIGN_OR_RETURN(SharedModel shared, models.Share(owner, *model));
+  return ChangedModel{before, std::move(description), std::move(shared.model),
+                      std::move(shared.charge)};
 }
 
 }  // namespace
 
 Result<std::vector<ChangedModel>> BuildChangedModels(
     std::span<const std::shared_ptr<ClothRecord>> cloths, const ClothChange& change,
-    const ModelRules& rules, ModelCache& models) {
+    const ModelRules& rules, const std::string& owner, ModelCache& models) {
   std::map<std::shared_ptr<const ModelDescription>, ChangedModel> built;
   std::vector<ChangedModel> changed;
   for (const auto& cloth : cloths) {
     const auto before = cloth->description();
     ChangedModel& entry = built[before->model_description];
     if (entry.model == nullptr) {
-      DRAPE_ASSIGN_OR_RETURN(entry, Build(before->model_description, change, rules, models));
+      DRAPE_ASSIGN_OR_RETURN(entry, Build(before->model_description, change, rules, owner, models));
     }
     if (rules.accept) DRAPE_RETURN_IF_ERROR(rules.accept(*before, *entry.model));
     changed.push_back(entry);

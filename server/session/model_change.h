@@ -4,6 +4,7 @@
 #include <functional>
 #include <memory>
 #include <span>
+#include <string>
 #include <vector>
 
 #include "server/session/cloth_record.h"
@@ -17,6 +18,7 @@ struct ChangedModel {
   std::shared_ptr<const ModelDescription> before;
   std::shared_ptr<const ModelDescription> description;
   std::shared_ptr<const SceneModel> model;
+  std::shared_ptr<const void> charge;  // SharedModel
 };
 
 // The rules that a changed model must obey.
@@ -32,9 +34,10 @@ struct ModelRules {
 // The models of the cloths after the change, [cloth_count]; cloths of one description share one.
 // INVALID_ARGUMENT names the field ("spec.pins[2].particle",
 // "spec.particles.distance_constraints[0].i") for values that are illegal for a cloth's
-// description, such as connections for a cloth that is not made of particles. Any thread.
+// description, such as connections for a cloth that is not made of particles. RESOURCE_EXHAUSTED
+// (QUOTA_EXCEEDED) if `owner` may not have so many. Any thread.
 Result<std::vector<ChangedModel>> BuildChangedModels(
     std::span<const std::shared_ptr<ClothRecord>> cloths, const ClothChange& change,
-    const ModelRules& rules, ModelCache& models);
+    const ModelRules& rules, const std::string& owner, ModelCache& models);
 
 }  // namespace drape

@@ -171,7 +171,7 @@ void Session::Close(std::function<void(Status)> done) {
 void Session::FreeOnDevice(ClothList cloths, std::function<void(Status)> done) {
   Scheduler& scheduler = commons_->scheduler;
   const bool is_taken = scheduler.PostCleanup(
-      [self = shared_from_this(), cloths = std::move(cloths), done](Backend& backend) {
+      owner(), [self = shared_from_this(), cloths = std::move(cloths), done](Backend& backend) {
         for (const auto& cloth : cloths) FreeCloth(backend, *cloth);
         self->ReleaseQuota(cloths.size(), ParticleTotal(cloths));
         self->commons_->scheduler.Complete([done] { done(Status::Ok()); });

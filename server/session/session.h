@@ -46,7 +46,7 @@ struct SessionCommons {
       ByteBudget::Limit{"max_saved_bytes", limits.max_saved_bytes}, 0);
   TenantQuota tenants{limits.per_tenant};
   std::atomic<uint64_t> worlds{0};  // made so far
-  ModelCache models;
+  ModelCache models{limits.max_model_bytes};
   DistanceMapCaches maps;
 };
 
@@ -214,6 +214,8 @@ class Session : public std::enable_shared_from_this<Session> {
   // The cloths, which are published, enter their worlds. Device thread.
   void JoinWorlds(const ClothList& cloths);
   // Publishes the cloths of a creation that ended with `status`.
+  // Fills in their charges.
+  Status ShareModels(ClothCreation& creation);
   Result<CreatedCloths> PublishMade(const ClothMaker& maker, const Status& status);
   // Removes the cloths from this session and the table. Returns those that were still there.
   ClothList Unpublish(const ClothList& cloths);

@@ -96,10 +96,11 @@ void Session::CreateCloths(ClothCreation creation,
     done(status);
     return;
   }
-  auto model = commons_->models.Share(creation.model);
-  for (ClothCopy& copy : creation.copies) {
-    if (copy.model != nullptr) copy.model = commons_->models.Share(copy.model);
+  if (const Status status = ShareModels(creation); !status.ok()) {
+    ReleaseQuota(cloths, particles);
+    return done(status);
   }
+  auto model = creation.model;
   const size_t per_slice = ClothsPerSlice(model->particle_count());
   auto start = StartOf(creation);
   std::string plan = commons_->scheduler.description().plan_of(*model, TouchesItself(creation));
@@ -116,7 +117,7 @@ void Session::CreateCloths(ClothCreation creation,
     self->commons_->scheduler.Complete([done, answer = std::move(answer)] { done(answer); });
   };
   const Status status = RunInSlices(
-      commons_->scheduler, cloths, per_slice,
+      commons_->scheduler, owner(), cloths, per_slice,
       [maker](Backend& backend, size_t begin, size_t end) {
         return maker->Make(backend, begin, end);
       },
@@ -125,6 +126,19 @@ void Session::CreateCloths(ClothCreation creation,
     ReleaseQuota(cloths, particles);
     done(status);
   }
+}
+
+Status Session::ShareModels(ClothCreation& creation) {
+  DRAPE_ASSIGN_OR_RETURN(SharedModel shared, commons_->models.Share(owner(), creation.model));
+  creation.model = std::move(shared.model);
+  creation.model_charge = std::move(shared.charge);
+  for (ClothCopy& copy : creation.copies) {
+    if (copy.model == nullptr) continue;
+    DRAPE_ASSIGN_OR_RETURN(SharedModel own, commons_->models.Share(owner(), copy.model));
+    copy.model = std::move(own.model);
+    copy.model_charge = std::move(own.charge);
+  }
+  return Status::Ok();
 }
 
 Result<CreatedCloths> Session::PublishMade(const ClothMaker& maker, const Status& status) {
@@ -189,16 +203,19 @@ void Session::UpdateCloths(ClothList cloths, ClothChange change,
   }
   std::vector<ChangedModel> models;
   if (change.needs_model()) {
-    auto built = BuildChangedModels(cloths, change, rules, commons_->models);
+    auto built = BuildChangedModels(cloths, change, rules, owner(), commons_->models);
     if (!built.ok()) {
       done(built.status());
       return;
     }
     models = std::move(built).value();
   }
+  if (change.may_need_programs()) {
+    PrepareUpdate(cloths, change, models, commons_->scheduler.description().prepare);
+  }
   const Status status = commons_->scheduler.Post(
-      [self = shared_from_this(), cloths = std::move(cloths), change = std::move(change),
-       models = std::move(models), rules, done](Backend& backend) {
+      owner(), [self = shared_from_this(), cloths = std::move(cloths), change = std::move(change),
+                models = std::move(models), rules, done](Backend& backend) {
         const Status outcome = UpdateOnDevice(backend, cloths, change, models, rules);
         if (!outcome.ok()) self->DropEnded(cloths);
         const auto description = cloths.front()->description();
@@ -229,7 +246,7 @@ void Session::ResetCloths(ClothList cloths, ClothStarts starts, std::function<vo
   }
   const auto held = std::make_shared<const ClothList>(std::move(cloths));
   const Status status = RunInSlices(
-      commons_->scheduler, held->size(), ClothsPerSlice(*held),
+      commons_->scheduler, owner(), held->size(), ClothsPerSlice(*held),
       [held, starts = std::move(starts)](Backend& backend, size_t begin, size_t end) {
         if (begin == 0) DRAPE_RETURN_IF_ERROR(OverrideOnDevice(backend, *held, starts));
         for (size_t k = begin; k < end; ++k) {
@@ -248,10 +265,17 @@ void Session::ResetCloths(ClothList cloths, ClothStarts starts, std::function<vo
 void Session::WriteStates(ClothList cloths, std::vector<ParticleState> states,
                           std::function<void(Status)> done) {
   DRAPE_CHECK(cloths.size() == states.size(), "one state per cloth");
-  const Status status =
-      commons_->scheduler.Post([self = shared_from_this(), cloths = std::move(cloths),
-                                states = std::move(states), done](Backend& backend) {
-        const Status outcome = WriteOnDevice(backend, cloths, states);
+  if (cloths.empty()) return done(Status::Ok());
+  const auto held = std::make_shared<const ClothList>(std::move(cloths));
+  const Status status = RunInSlices(
+      commons_->scheduler, owner(), held->size(), ClothsPerSlice(*held),
+      [held, states = std::move(states)](Backend& backend, size_t begin, size_t end) {
+        if (begin == 0) DRAPE_RETURN_IF_ERROR(CheckAlive(*held));
+        const std::span<const std::shared_ptr<ClothRecord>> all(*held);
+        return WriteOnDevice(backend, all.subspan(begin, end - begin),
+                             std::span(states).subspan(begin, end - begin));
+      },
+      [self = shared_from_this(), done](Backend&, const Status& outcome) {
         self->commons_->scheduler.Complete([done, outcome] { done(outcome); });
       });
   if (!status.ok()) done(status);

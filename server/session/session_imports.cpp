@@ -15,12 +15,15 @@ Status Session::Adopt(std::vector<SavedCloth>& cloths) {
   DistanceMapSet maps;
   for (const SavedCloth& cloth : cloths) Insert(cloth.description->parameters.colliders, maps);
   DRAPE_ASSIGN_OR_RETURN(const MapCharges charges, map_quota_->Charge(maps));
-  std::map<const SceneModel*, std::shared_ptr<const SceneModel>> shared;
+  std::map<const SceneModel*, SharedModel> shared;
   for (SavedCloth& cloth : cloths) {
     auto description = std::make_shared<ClothDescription>(*cloth.description);
-    std::shared_ptr<const SceneModel>& model = shared[description->model.get()];
-    if (model == nullptr) model = commons_->models.Share(description->model);
-    description->model = model;
+    SharedModel& known = shared[description->model.get()];
+    if (known.model == nullptr) {
+      DRAPE_ASSIGN_OR_RETURN(known, commons_->models.Share(owner(), description->model));
+    }
+    const auto& model = description->model = known.model;
+    description->model_charge = known.charge;
     description->plan = commons_->scheduler.description().plan_of(
         *model, description->parameters.self_collision.has_value());
     if (!description->parameters.colliders.empty()) description->map_charges = charges;
@@ -82,9 +85,10 @@ void Session::Import(std::vector<SavedCloth> cloths, bool keeps_ids,
     ReleaseQuota(count, particles);
     return done(status);
   }
+  PrepareImport(cloths, commons_->scheduler.description().prepare);
   const auto maker = std::make_shared<ImportMaker>(std::move(cloths));
   const Status status = RunInSlices(
-      commons_->scheduler, count, ClothsPerSlice(largest),
+      commons_->scheduler, owner(), count, ClothsPerSlice(largest),
       [maker](Backend& backend, size_t begin, size_t end) {
         return maker->Make(backend, begin, end);
       },

@@ -16,6 +16,9 @@ struct SessionLimits {
   uint64_t max_particles_per_session = uint64_t{1} << 26;  // 67 million: about 5 GB of states
   // Distance maps of colliders and their meshes, equal ones once: about 16 of the largest.
   uint64_t max_mesh_collider_bytes_per_session = uint64_t{256} << 20;
+  // Scene models, equal ones of an owner once, with the backend's copy of them: of all sessions; a
+  // session, or a tenant, may have half.
+  uint64_t max_model_bytes = uint64_t{8} << 30;
   // Per session; and the answers of all sessions together.
   RequestMemoryLimits requests;
   uint64_t max_remembered_bytes = uint64_t{1} << 30;

@@ -13,7 +13,7 @@ void Session::SaveStates(ClothList cloths, std::string name,
   const auto held = std::make_shared<const ClothList>(std::move(cloths));
   const auto saved = std::make_shared<SavedStates>();
   const Status status = RunInSlices(
-      commons_->scheduler, held->size(), ClothsPerSlice(*held),
+      commons_->scheduler, owner(), held->size(), ClothsPerSlice(*held),
       [self = shared_from_this(), held, saved](Backend& backend, size_t begin, size_t end) {
         return SaveOnDevice(backend, std::span(*held).subspan(begin, end - begin),
                             *self->commons_->saved, self->owner(), *saved);
@@ -92,7 +92,7 @@ void Session::LoadStates(const std::string& name, std::span<const ClothId> into,
     largest = std::max(largest, pair.from->description->model->particle_count());
   }
   const Status status = RunInSlices(
-      commons_->scheduler, loads->pairs.size(), ClothsPerSlice(largest),
+      commons_->scheduler, owner(), loads->pairs.size(), ClothsPerSlice(largest),
       [loads](Backend& backend, size_t begin, size_t end) {
         return LoadOnDevice(backend, std::span(loads->pairs).subspan(begin, end - begin));
       },

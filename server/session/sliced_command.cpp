@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <memory>
+#include <string>
 #include <utility>
 
 namespace drape {
@@ -9,6 +10,7 @@ namespace {
 
 struct SlicedWork {
   Scheduler& scheduler;
+  std::string owner;
   size_t count;
   size_t per_slice;
   std::function<Status(Backend&, size_t, size_t)> slice;
@@ -24,22 +26,24 @@ void RunNextSlice(const std::shared_ptr<SlicedWork>& work, Backend& backend) {
     work->finish(backend, status);
     return;
   }
-  const bool is_taken = work->scheduler.PostCleanup([work](Backend& b) { RunNextSlice(work, b); });
+  const bool is_taken =
+      work->scheduler.PostCleanup(work->owner, [work](Backend& b) { RunNextSlice(work, b); });
   DRAPE_CHECK(is_taken, "the device thread takes commands as long as it runs one");
 }
 
 }  // namespace
 
 size_t ClothsPerSlice(uint32_t particle_count) {
-  return std::max<size_t>(1, kSliceParticles / std::max<uint32_t>(1, particle_count));
+  return std::clamp<size_t>(kSliceParticles / std::max<uint32_t>(1, particle_count), 1,
+                            kSliceCloths);
 }
 
-Status RunInSlices(Scheduler& scheduler, size_t count, size_t per_slice,
+Status RunInSlices(Scheduler& scheduler, const std::string& owner, size_t count, size_t per_slice,
                    std::function<Status(Backend&, size_t begin, size_t end)> slice,
                    std::function<void(Backend&, const Status&)> finish) {
   const auto work = std::make_shared<SlicedWork>(
-      SlicedWork{scheduler, count, per_slice, std::move(slice), std::move(finish)});
-  return scheduler.Post([work](Backend& backend) { RunNextSlice(work, backend); });
+      SlicedWork{scheduler, owner, count, per_slice, std::move(slice), std::move(finish)});
+  return scheduler.Post(owner, [work](Backend& backend) { RunNextSlice(work, backend); });
 }
 
 }  // namespace drape

@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <functional>
+#include <string>
 
 #include "server/scheduler/scheduler.h"
 
@@ -12,14 +13,17 @@ namespace drape {
 // Largest number of particles that one command creates or resets (but at least one cloth): a few
 // milliseconds, so that other sessions step between the commands of a large creation.
 inline constexpr uint64_t kSliceParticles = uint64_t{1} << 18;
+// And of cloths, however small.
+inline constexpr size_t kSliceCloths = 1024;
 
 // Cloths of this size per slice; >= 1.
 size_t ClothsPerSlice(uint32_t particle_count);
 
 // Runs `slice(backend, begin, end)` for consecutive ranges that cover [0, count), each in a command
-// of its own, until one fails; then `finish` with the outcome, once, on the device thread. If the
-// first command is not accepted (Scheduler::Post), returns that error and calls neither.
-Status RunInSlices(Scheduler& scheduler, size_t count, size_t per_slice,
+// of its own of this owner (Scheduler::Post), until one fails; then `finish` with the outcome,
+// once, on the device thread. If the first command is not accepted (Scheduler::Post), returns that
+// error and calls neither.
+Status RunInSlices(Scheduler& scheduler, const std::string& owner, size_t count, size_t per_slice,
                    std::function<Status(Backend&, size_t begin, size_t end)> slice,
                    std::function<void(Backend&, const Status&)> finish);
 

@@ -51,6 +51,14 @@ TEST(TokenFile, ATenantMayHaveARateOfItsOwn) {
                   .ok());
 }
 
+TEST(TokenFile, ATenantMayHaveAWeight) {
+  const auto tokens = TokenFile::Parse(
+      "a " + kHash + " weight=3 particle_substeps_per_s=10\nb " + kOther + "\n", "file");
+  ASSERT_TRUE(tokens.ok()) << tokens.status().message();
+  EXPECT_EQ(tokens->weights(), (std::unordered_map<std::string, uint32_t>{{"a", 3}}));
+  EXPECT_EQ(tokens->rates(), (std::unordered_map<std::string, double>{{"a", 10}}));
+}
+
 TEST(TokenFile, WhatIsWrongIsNamedWithItsLine) {
   const auto why = [](const std::string& text) {
     const auto tokens = TokenFile::Parse(text, "file");
@@ -67,9 +75,10 @@ TEST(TokenFile, WhatIsWrongIsNamedWithItsLine) {
   EXPECT_NE(why("a " + kHash + "\nb secret\n").find("line 2: after the tenant"), std::string::npos);
   EXPECT_NE(why("a\n").find("line 1"), std::string::npos);
   EXPECT_NE(why("a " + kHash + " x\n").find("line 1"), std::string::npos);
-  for (const char* rate : {"particle_substeps_per_s=", "particle_substeps_per_s=-1",
-                           "particle_substeps_per_s=nan", "particle_substeps_per_s=inf",
-                           "particle_substeps_per_s=1x", "particle_substeps_per_s=1 x", "rate=1"}) {
+  for (const char* rate :
+       {"particle_substeps_per_s=", "particle_substeps_per_s=-1", "particle_substeps_per_s=nan",
+        "particle_substeps_per_s=inf", "particle_substeps_per_s=1x", "particle_substeps_per_s=1 x",
+        "rate=1", "weight=0", "weight=101", "weight=1.5", "weight=-1", "weight="}) {
     EXPECT_NE(why("a " + kHash + " " + rate + "\n").find("line 1"), std::string::npos) << rate;
   }
   EXPECT_NE(

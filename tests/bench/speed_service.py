@@ -7,7 +7,7 @@ COLUMNS = [
     "bare_ms", "bare_per_step_ms", "bare_mean_ms", "wall_ms", "queue_ms", "upload_ms", "device_ms", "readback_ms", "encode_ms", "empty_ms"]
 PARTS = ["queue_ms", "upload_ms", "device_ms", "readback_ms", "encode_ms"]
 BAR_CLOTHS = 64  # one client
-BARS = {"positions": (0.3, 0.1), "acknowledgement": (0.05, None)}  # more wall time than the bare backend: bar, aim
+BARS = {"positions": (0.15, 0.1), "acknowledgement": (0.05, None)}  # more wall time than the bare backend: bar, aim
 
 
 def bare_rate(row):

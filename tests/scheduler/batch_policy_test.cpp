@@ -54,6 +54,26 @@ TEST(BatchPolicy, SessionsShareAFullBatchEvenly) {
   EXPECT_EQ(TakenBy(choice, 10), 50u);
 }
 
+TEST(BatchPolicy, SessionsShareAFullBatchByTheirWeights) {
+  // Over many batches, of which none holds a whole round of turns.
+  const std::vector<uint32_t> weights{1, 2, 5};
+  std::vector<RunnableRequest> requests;
+  for (uint32_t session = 0; session < 3; ++session) {
+    requests.push_back(Of(session, 1000, 0));
+    requests.back().weight = weights[session];
+  }
+  FairShare share;
+  std::vector<uint32_t> taken(3, 0);
+  for (int batch = 0; batch < 1000; ++batch) {
+    BatchChoice choice = SelectBatch(requests, share, {.max_cost = 37, .quantum = 10});
+    EXPECT_EQ(Total(choice), 37u);
+    for (uint32_t r = 0; r < 3; ++r) taken[r] += TakenBy(choice, r);
+    share = std::move(choice.share);
+  }
+  // No session is ahead or behind by more than a turn.
+  for (uint32_t r = 0; r < 3; ++r) EXPECT_NEAR(taken[r], 37'000.0 * weights[r] / 8, 10 * 5);
+}
+
 TEST(BatchPolicy, CostThatOneSessionDoesNotNeedGoesToTheOthers) {
   const std::vector<RunnableRequest> requests{Of(0, 3, 0), Of(1, 100, 0), Of(2, 100, 0)};
   const BatchChoice choice = SelectBatch(requests, {}, {.max_cost = 63, .quantum = 10});

@@ -1,7 +1,10 @@
 // How many requests may wait.
 #include <gtest/gtest.h>
 
+#include <chrono>
+#include <string>
 #include <thread>
+#include <vector>
 
 #include "tests/scheduler/scheduler_fixture.h"
 
@@ -26,13 +29,45 @@ TEST_F(SchedulerQueueTest, IsBoundedPerSessionAndInAll) {
   EXPECT_EQ(full.retry_after_ms(), limits.retry_after_ms);
   EXPECT_TRUE(TrySubmit("b", cloth).ok());
   EXPECT_EQ(TrySubmit("c", cloth).reason(), "QUEUE_FULL");
-  EXPECT_TRUE(scheduler_->Post([](Backend&) {}).ok());
-  EXPECT_EQ(scheduler_->Post([](Backend&) {}).reason(), "QUEUE_FULL");
-  EXPECT_TRUE(scheduler_->PostCleanup([](Backend&) {}));
+  EXPECT_TRUE(scheduler_->Post("a", [](Backend&) {}).ok());
+  EXPECT_EQ(scheduler_->Post("a", [](Backend&) {}).reason(), "QUEUE_FULL");
+  EXPECT_TRUE(scheduler_->PostCleanup("a", [](Backend&) {}));
   scheduler_->ReleaseForTest();
   // Places are free again once the answers are given.
   while (scheduler_->counters().queued_requests > 0) std::this_thread::yield();
   EXPECT_TRUE(TrySubmit("a", cloth).ok());
+}
+
+TEST_F(SchedulerQueueTest, OwnersWhoseCommandsWaitLeaveRoomForOthers) {
+  SchedulerLimits limits;
+  limits.max_queued_commands = 8;
+  Start(limits);
+  scheduler_->HoldForTest();
+  int greedy = 0;
+  while (scheduler_->Post("greedy", [](Backend&) {}).ok()) ++greedy;
+  EXPECT_EQ(greedy, 4);
+  EXPECT_TRUE(scheduler_->Post("modest", [](Backend&) {}).ok());
+  scheduler_->ReleaseForTest();
+}
+
+// Each command takes the device for longer than a batch may; a step of somebody else comes between.
+TEST_F(SchedulerQueueTest, LongCommandsLeaveTheDeviceToOthers) {
+  SchedulerLimits limits;
+  limits.batch_budget_us = 20'000;
+  Start(limits);
+  const auto cloth = Cloth();
+  std::vector<std::string> order;
+  scheduler_->HoldForTest();
+  const auto lasts_long = [&](Backend&) {
+    order.emplace_back("long");
+    std::this_thread::sleep_for(std::chrono::milliseconds(60));
+  };
+  for (int k = 0; k < 3; ++k) ASSERT_TRUE(scheduler_->Post("greedy", lasts_long).ok());
+  ASSERT_TRUE(scheduler_->Post("modest", [&](Backend&) { order.emplace_back("short"); }).ok());
+  scheduler_->ReleaseForTest();
+  while (scheduler_->counters().queued_commands > 0) std::this_thread::yield();
+  ASSERT_TRUE(scheduler_->RunBlocking([](Backend&) { return Status::Ok(); }).ok());
+  EXPECT_EQ(order, (std::vector<std::string>{"long", "short", "long", "long"}));
 }
 
 TEST_F(SchedulerQueueTest, TenantsWhoseRequestsWaitLeaveRoomForOthers) {

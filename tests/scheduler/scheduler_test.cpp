@@ -58,8 +58,8 @@ TEST_F(SchedulerTest, WhatOneCallerPostsAndSubmitsIsTakenInOrder) {
   const auto cloth = Cloth();
   scheduler_->HoldForTest();
   std::vector<std::string> order;  // device thread, then after the last Get
-  ASSERT_TRUE(scheduler_->Post([&](Backend&) { order.push_back("first command"); }).ok());
-  ASSERT_TRUE(scheduler_->Post([&](Backend&) { order.push_back("second command"); }).ok());
+  ASSERT_TRUE(scheduler_->Post("a", [&](Backend&) { order.push_back("first command"); }).ok());
+  ASSERT_TRUE(scheduler_->Post("a", [&](Backend&) { order.push_back("second command"); }).ok());
   device_->OnStep([&] { order.push_back("step"); });
   const auto outcome = Submit("a", {cloth});
   scheduler_->ReleaseForTest();
@@ -146,8 +146,8 @@ TEST_F(SchedulerTest, DrainFinishesWhatWasTakenAndRefusesMore) {
   EXPECT_EQ(cloth->progress().completed_steps, 50u);
   EXPECT_TRUE(scheduler_->is_draining());
   EXPECT_EQ(TrySubmit("a", cloth).reason(), "DRAINING");
-  EXPECT_EQ(scheduler_->Post([](Backend&) {}).reason(), "DRAINING");
-  EXPECT_FALSE(scheduler_->PostCleanup([](Backend&) {}));
+  EXPECT_EQ(scheduler_->Post("a", [](Backend&) {}).reason(), "DRAINING");
+  EXPECT_FALSE(scheduler_->PostCleanup("a", [](Backend&) {}));
   EXPECT_EQ(scheduler_->RunBlocking([](Backend&) { return Status::Ok(); }).reason(), "DRAINING");
 }
 

@@ -80,19 +80,19 @@ TEST_F(ModelChangeTest, WhatIsIllegalIsNamed) {
 
 TEST_F(ModelChangeTest, TheRulesOfTheCallerCount) {
   const ClothList cloths = CreateChains(1, 3);
-  ModelCache models;
+  ModelCache models(uint64_t{1} << 30);
   ModelRules rules;
   rules.limits.max_degree = 1;
   const auto change = Constraints({{0, 1, 1, 0}, {1, 2, 1, 0}});
-  EXPECT_EQ(BuildChangedModels(cloths, change, rules, models).status().code(),
+  EXPECT_EQ(BuildChangedModels(cloths, change, rules, "a", models).status().code(),
             StatusCode::kInvalidArgument);
   rules.limits = {};
-  EXPECT_TRUE(BuildChangedModels(cloths, change, rules, models).ok());
+  EXPECT_TRUE(BuildChangedModels(cloths, change, rules, "a", models).ok());
   rules.accept = [](const ClothDescription& before, const SceneModel& after) {
     EXPECT_EQ(before.model->constraint_count(), after.constraint_count());
     return Status::InvalidField("spec.settings", "too long");
   };
-  EXPECT_EQ(BuildChangedModels(cloths, change, rules, models).status().violations()[0].field,
+  EXPECT_EQ(BuildChangedModels(cloths, change, rules, "a", models).status().violations()[0].field,
             "spec.settings");
 }
 

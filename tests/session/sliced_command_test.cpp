@@ -15,7 +15,7 @@ class SlicedCommandTest : public testing::Test {
 };
 
 TEST(SlicedCommand, ALargeClothIsASliceOfItsOwn) {
-  EXPECT_EQ(ClothsPerSlice(1), kSliceParticles);
+  EXPECT_EQ(ClothsPerSlice(1), kSliceCloths);
   EXPECT_EQ(ClothsPerSlice(1024), kSliceParticles / 1024);
   EXPECT_EQ(ClothsPerSlice(1u << 20), 1u);
 }
@@ -26,14 +26,14 @@ TEST_F(SlicedCommandTest, TheRangesCoverEverythingOnceAndOthersComeBetween) {
   Awaited<Status> end;
   scheduler_->HoldForTest();
   ASSERT_TRUE(RunInSlices(
-                  *scheduler_, 10, 4,
+                  *scheduler_, "a", 10, 4,
                   [&](Backend&, size_t first, size_t last) {
                     ranges.emplace_back(first, last);
                     return Status::Ok();
                   },
                   [&, end](Backend&, const Status& status) mutable { end.Set(status); })
                   .ok());
-  ASSERT_TRUE(scheduler_->Post([&](Backend&) { commands_between = ranges.size(); }).ok());
+  ASSERT_TRUE(scheduler_->Post("b", [&](Backend&) { commands_between = ranges.size(); }).ok());
   scheduler_->ReleaseForTest();
   EXPECT_TRUE(end.Get().ok());
   EXPECT_EQ(ranges, (std::vector<std::pair<size_t, size_t>>{{0, 4}, {4, 8}, {8, 10}}));
@@ -44,7 +44,7 @@ TEST_F(SlicedCommandTest, AnErrorIsTheEnd) {
   int slices = 0;
   Awaited<Status> end;
   ASSERT_TRUE(RunInSlices(
-                  *scheduler_, 10, 1,
+                  *scheduler_, "a", 10, 1,
                   [&](Backend&, size_t first, size_t) {
                     ++slices;
                     return first < 2 ? Status::Ok() : Status(StatusCode::kInternal, "STOP", "");
@@ -60,7 +60,7 @@ TEST_F(SlicedCommandTest, WhatWasBegunIsFinishedWhenTheServerDrains) {
   Awaited<Status> end;
   scheduler_->HoldForTest();
   ASSERT_TRUE(RunInSlices(
-                  *scheduler_, 100, 1,
+                  *scheduler_, "a", 100, 1,
                   [&](Backend&, size_t first, size_t last) {
                     covered += last - first;
                     return Status::Ok();
@@ -75,7 +75,7 @@ TEST_F(SlicedCommandTest, WhatWasBegunIsFinishedWhenTheServerDrains) {
 TEST_F(SlicedCommandTest, NothingIsCalledWhenTheSchedulerRefuses) {
   scheduler_->Drain(0);
   const Status status = RunInSlices(
-      *scheduler_, 1, 1,
+      *scheduler_, "a", 1, 1,
       [](Backend&, size_t, size_t) {
         ADD_FAILURE();
         return Status::Ok();

@@ -6,6 +6,7 @@
 #include <future>
 #include <limits>
 #include <memory>
+#include <new>
 
 #include "server/core/clock.h"
 #include "server/render/gl_draw/gl_renderer.h"
@@ -49,6 +50,17 @@ TEST_F(BuildQueue, BuildsNothingForAClientThatHasGone) {
 TEST_F(BuildQueue, BuildsNothingAfterTheDeadline) {
   deadline_us_ = clock_.NowUs();
   EXPECT_EQ(WhatABuildIsTold().reason(), "DEADLINE_PASSED");
+}
+
+TEST_F(BuildQueue, ABuildForWhichThereIsNoMemoryIsTold) {
+  const auto told = std::make_shared<std::promise<Status>>();
+  ASSERT_TRUE(
+      PostBuild(context_, "sessions/test", {cancel_, deadline_us_}, [told](const Status& status) {
+        if (status.ok()) throw std::bad_alloc();
+        told->set_value(status);
+      }).ok());
+  EXPECT_EQ(told->get_future().get().reason(), "DEVICE_MEMORY");
+  EXPECT_TRUE(WhatABuildIsTold().ok()) << "the builder goes on";
 }
 
 TEST_F(BuildQueue, BuildsNothingWhileTheServerShutsDown) {

@@ -41,9 +41,7 @@ class Deadlines : public testing::Test {
 
   // The client has given up; the server's time is as long, rounded up, but began when the request
   // arrived, perhaps just before the client's ended.
-  static void AwaitTheServersDeadline() {
-    std::this_thread::sleep_for(kShort + milliseconds(50));
-  }
+  static void AwaitTheServersDeadline() { std::this_thread::sleep_for(kShort + milliseconds(50)); }
   // Until the server has let go of all step requests.
   void AwaitEmptyQueue() {
     while (server_.scheduler().counters().queued_requests > 0) std::this_thread::yield();

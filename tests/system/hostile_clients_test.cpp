@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <grpcpp/completion_queue.h>
 #include <grpcpp/create_channel.h>
+#include <grpcpp/generic/generic_stub.h>
 #include <gtest/gtest.h>
 #include <ifaddrs.h>
 #include <net/if.h>
@@ -14,6 +15,7 @@
 #include <chrono>
 #include <csignal>
 #include <cstdlib>
+#include <future>
 #include <memory>
 #include <string>
 #include <thread>
@@ -43,7 +45,7 @@ v1::CreateClothsRequest HeavySheet(const std::string& session) {
 }
 
 class LongSteps : public testing::TestWithParam<std::string> {};
-INSTANTIATE_TEST_SUITE_P(Backends, LongSteps, testing::Values("cpu", "reference"),
+INSTANTIATE_TEST_SUITE_P(Backends, LongSteps, testing::Values("cpu", "reference", "gl"),
                          NameOfCase<testing::TestParamInfo<std::string>>);
 
 TEST_P(LongSteps, BlockNobodyAndStopWhenCancelled) {
@@ -157,6 +159,39 @@ TEST(HostileClients, AnswersThatNobodyReadsAreCounted) {
   EXPECT_TRUE(Call(*stub, &Stub::Step, request).status.ok());
 }
 
+TEST(HostileClients, PicturesCountAsUnreadFromTheirRequestOn) {
+  api::RequestLimits limits;
+  limits.max_unread_bytes_per_session = 4'000'000;
+  InProcessServer server("cpu", {}, limits);
+  const auto stub = server.NewStub();
+  const std::string session = NewSession(*stub);
+  Create(*stub, HangingSheet(session, 4));
+  v1::RenderRequest request;
+  request.set_session(session);
+  request.set_all_cloths(true);
+  request.set_width_px(1024);
+  request.set_height_px(1024);
+  request.set_encoding(v1::RenderRequest::RGB8);  // 3.1 MB
+  server.scheduler().HoldForTest();               // pictures wait for their states
+  auto first = std::async(std::launch::async, [&] {
+    grpc::Status status;
+    do {
+      status = Call(*stub, &Stub::Render, request).status;
+    } while (ReasonOf(status) == "TOO_MANY_UNREAD_BYTES");
+    return status;
+  });
+  grpc::Status second;
+  do {
+    grpc::ClientContext context;
+    context.set_deadline(std::chrono::system_clock::now() + milliseconds(200));
+    v1::RenderResponse response;
+    second = stub->Render(&context, request, &response);
+  } while (second.error_code() == grpc::StatusCode::DEADLINE_EXCEEDED);  // it came first
+  EXPECT_EQ(ReasonOf(second), "TOO_MANY_UNREAD_BYTES");
+  server.scheduler().ReleaseForTest();
+  EXPECT_TRUE(first.get().ok());
+}
+
 TEST(HostileClients, ManyRequestsLaterAnIdIsStillKnown) {
   InProcessServer server("cpu");
   const auto stub = server.NewStub();
@@ -186,6 +221,54 @@ TEST(HostileClients, WhatIsCompressedIsRefusedAndNotInflated) {
   EXPECT_FALSE(status.ok());
   EXPECT_NE(status.error_code(), grpc::StatusCode::INVALID_ARGUMENT) << "it was inflated";
   Create(*stub, HangingSheet(session, 4));
+}
+
+// 8 MB of empty parts, each of which would take a hundred bytes and more.
+TEST(HostileClients, PartsWithoutContentTakeNoMemory) {
+  ServerProcess server({"--backend=cpu"});
+  ASSERT_TRUE(server.WaitUntilUp());
+  const auto stub = server.NewStub();
+  const std::string session = NewSession(*stub);
+  const Ids ids = Create(*stub, HangingSheet(session, 4));
+  v1::CreateClothsRequest creation;
+  v1::StepRequest step;
+  for (int k = 0; k < 4'000'000; ++k) creation.add_overrides();
+  for (int k = 0; k < 4'000'000; ++k) step.mutable_resets()->add_overrides();
+  const uint64_t before_bytes = server.PeakMemory_bytes();
+  EXPECT_EQ(ReasonOf(Call(*stub, &Stub::CreateCloths, creation).status), "REQUEST_TOO_LARGE");
+  EXPECT_EQ(ReasonOf(Call(*stub, &Stub::Step, step).status), "REQUEST_TOO_LARGE");
+  {
+    grpc::ClientContext context;
+    const auto stream = stub->StepStream(&context);
+    stream->Write(step);
+    v1::StepResponse response;
+    EXPECT_FALSE(stream->Read(&response));
+    EXPECT_EQ(ReasonOf(stream->Finish()), "REQUEST_TOO_LARGE");
+  }
+  // The bytes themselves, a few times.
+  EXPECT_LT(server.PeakMemory_bytes() - before_bytes, uint64_t{60'000'000});
+  Step(*stub, StepsOf(session, ids, 1));
+}
+
+TEST(HostileClients, BytesThatAreNoRequestAreRefused) {
+  InProcessServer server("cpu");
+  const auto stub = server.NewStub();
+  grpc::GenericStub generic(server.server().InProcessChannel());
+  grpc::CompletionQueue queue;
+  grpc::ClientContext context;
+  const std::string text = "\xff\xff\xff";
+  const grpc::Slice slice(text);
+  const grpc::ByteBuffer bytes(&slice, 1);
+  grpc::ByteBuffer answer;
+  grpc::Status status;
+  const auto call =
+      generic.PrepareUnaryCall(&context, "/drape.v1.SimulationService/Step", bytes, &queue);
+  call->StartCall();
+  call->Finish(&answer, &status, nullptr);
+  void* tag = nullptr;
+  bool ok = false;
+  ASSERT_TRUE(queue.Next(&tag, &ok));
+  EXPECT_EQ(ReasonOf(status), "MALFORMED_REQUEST");
 }
 
 // A connection that says nothing.

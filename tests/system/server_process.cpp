@@ -125,6 +125,16 @@ int ServerProcess::WaitForExit() {
   return has_ended_ ? exit_status_ : -1;
 }
 
+uint64_t ServerProcess::PeakMemory_bytes() const {
+  std::ifstream status("/proc/" + std::to_string(pid_) + "/status");
+  for (std::string word; status >> word;) {
+    uint64_t kilobytes = 0;
+    if (word == "VmHWM:" && status >> kilobytes) return 1024 * kilobytes;
+  }
+  ADD_FAILURE() << "no VmHWM of process " << pid_;
+  return 0;
+}
+
 std::string ServerProcess::Log() const {
   return ReadFile(dir_ / "log");
 }

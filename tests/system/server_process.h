@@ -3,6 +3,7 @@
 
 #include <sys/types.h>
 
+#include <cstdint>
 #include <memory>
 #include <string>
 #include <utility>
@@ -48,6 +49,8 @@ class ServerProcess {
   // The exit status, or 128 + signal; -1 if it does not end in time.
   int WaitForExit();
   bool is_running();
+  // The most memory that it has had.
+  uint64_t PeakMemory_bytes() const;
   // Its stderr so far.
   std::string Log() const;
 

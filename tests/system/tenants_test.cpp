@@ -232,6 +232,37 @@ TEST_F(Tenants, TokensAreReadAgainAtSighup) {
   EXPECT_EQ(server_->Log().find("token\""), std::string::npos) << "no token is logged";
 }
 
+TEST_F(Tenants, WhatIsUnderWayEndsWithItsToken) {
+  Start();
+  const std::string session = SessionOf(kOne);
+  const auto created = As(kOne, &Stub::CreateCloths, HangingSheet(session, 4));
+  ASSERT_TRUE(created.status.ok());
+  const Ids ids(created.value.cloth_ids().begin(), created.value.cloth_ids().end());
+  grpc::ClientContext of_stream, of_run;
+  of_stream.AddMetadata("authorization", kOne);
+  of_run.AddMetadata("authorization", kOne);
+  const auto stream = stub_->StepStream(&of_stream);
+  v1::StepResponse response;
+  ASSERT_TRUE(stream->Write(StepsOf(session, ids, 1)) && stream->Read(&response));
+  const auto run = stub_->Run(&of_run);
+  v1::RunRequest start;
+  start.mutable_start()->set_session(session);
+  start.mutable_start()->add_cloth_ids(ids[0]);
+  start.mutable_start()->set_steps_hz(100);
+  v1::RunReport report;
+  ASSERT_TRUE(run->Write(start) && run->Read(&report));
+  WriteTokens("two " + Hash("two-token") + "\n");
+  server_->Signal(SIGHUP);
+  while (run->Read(&report)) {
+  }
+  EXPECT_EQ(run->Finish().error_code(), grpc::StatusCode::UNAUTHENTICATED);
+  stream->Write(StepsOf(session, ids, 1));
+  EXPECT_FALSE(stream->Read(&response));
+  const grpc::Status status = stream->Finish();
+  EXPECT_EQ(status.error_code(), grpc::StatusCode::UNAUTHENTICATED);
+  EXPECT_EQ(ReasonOf(status), "INVALID_TOKEN");
+}
+
 TEST_F(Tenants, ABrokenTokenFileIsNoReasonToServeEverybody) {
   WriteTokens("one two three\n");
   ServerProcess server({"--token-file=" + (dir_ / "tokens")});

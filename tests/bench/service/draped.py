@@ -3,6 +3,7 @@
 import hashlib
 import json
 import pathlib
+import resource
 import shutil
 import socket
 import subprocess
@@ -15,9 +16,10 @@ FEW_S = 60
 
 
 class Draped:
-    """A server with `tenants`, each with a token of its own; ends with the block that it is used in."""
+    """A server with `tenants`, each with a token of its own; ends with the block that it is used in. max_memory_gb: it gets
+    no more than that."""
 
-    def __init__(self, *flags, tenants=()):
+    def __init__(self, *flags, tenants=(), backend="cpu", max_memory_gb=None):
         self._folder = tempfile.TemporaryDirectory(prefix="drape-bench-")
         folder = pathlib.Path(self._folder.name)
         port_file = folder / "port"
@@ -31,8 +33,10 @@ class Draped:
         self.log = folder / "log"
         with self.log.open("wb") as log:
             self._process = subprocess.Popen(
-                [BIN / "draped", "--listen=127.0.0.1:0", f"--port-file={port_file}", "--backend=cpu", "--log-level=warn", *flags],
+                [BIN / "draped", "--listen=127.0.0.1:0", f"--port-file={port_file}", f"--backend={backend}", "--log-level=warn", *flags],
                 stderr=log, stdout=log)
+            if max_memory_gb:
+                resource.prlimit(self._process.pid, resource.RLIMIT_DATA, (max_memory_gb * 10**9,) * 2)
         end = time.monotonic() + FEW_S
         while not port_file.exists() or not port_file.read_text().strip():
             if self._process.poll() is not None or time.monotonic() > end:

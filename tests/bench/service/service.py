@@ -1,7 +1,7 @@
 """`./run bench service`: what strangers can do to each other on one `draped`.
 
-Writes results/MACHINE.md and a table beside it; with --parts, these parts of them. With --quick: short windows and few
-cycles, results printed only.
+Writes results/DEVICE.md and a table beside it, part by part; with --parts, these parts of them. With --quick: short
+windows and few cycles, results printed only.
 """
 
 import argparse
@@ -36,10 +36,14 @@ ENDLESS = ("-p", 3_600_000)
 
 
 class Bench:
-    def __init__(self, is_quick):
+    def __init__(self, is_quick, backend):
         self.is_quick = is_quick
+        self.backend = backend
         self.rows = []
         self.window = ("-p", 500, "-r", 3) if is_quick else ("-p", 5000, "-r", 5)
+
+    def draped(self, *flags, **options):
+        return Draped(*flags, backend=self.backend, **options)
 
     def add(self, part, case, **figures):
         self.rows.append({"part": part, "case": case, **figures})
@@ -54,7 +58,7 @@ def latency(level):
 def sessions(bench):
     """200 sessions of 8 cloths: one-step requests, each client again as soon as it is answered."""
     for clients in (1, 20, 200):
-        with Draped() as server:
+        with bench.draped() as server:
             level = load(server, *SHEET, "--cloths", 8, f"--concurrency-range={clients}", *bench.window)
             bench.add("sessions", f"{clients} x 8 cloths", **latency(level), p99_per_p50=level["p99_ms"] / level["p50_ms"])
 
@@ -63,7 +67,7 @@ def requests(bench):
     """What requests cost beside steps: 64 clients with one cloth of four particles each. The server's processor time is that of
     all its threads."""
     count = 500 if bench.is_quick else 40_000
-    with Draped() as server:
+    with bench.draped() as server:
         flags = ("--side", 2, "--concurrency-range=64", "-r", 1, "-p", 3_600_000)
         load(server, *flags, f"--request-count={count // 10}")
         before_s = server.processor_s()
@@ -75,7 +79,7 @@ def viewers(bench):
     """Steps per second with viewers that read, that do not, and that vanish, in turn with none."""
     kinds = {"none": (), "4 at 50 Hz": ("--viewers", 4), "4 that do not read": ("--stalled-viewers", 4)}
     found = {kind: [] for kind in kinds}
-    with Draped() as server:
+    with bench.draped() as server:
         for _ in range(1 if bench.is_quick else ROUNDS):
             for kind, flags in kinds.items():
                 found[kind].append(load(server, "--side", 32, "--cloths", 16, "--concurrency-range=4", *flags, *bench.window))
@@ -100,7 +104,7 @@ def stalled(bench):
     pairs, steps = (4, 20) if bench.is_quick else (60, 60)
     spec = ClothSpec(grid=Grid(columns=32, rows=32, width_m=1, height_m=1), pins=[Pin(particle=0), Pin(particle=31)])
     for kind, options in VIEWERS.items():
-        with Draped("--threads=1") as server, drape.connect(server.address) as client, client.session() as session:
+        with bench.draped("--threads=1") as server, drape.connect(server.address) as client, client.session() as session:
             cloths = session.create(spec, 16)
             cloths.step(100, view=None)
             ratios = []
@@ -124,7 +128,7 @@ def audience(bench):
     rounds, steps = (2, 5) if bench.is_quick else (12, 20)
     counts = (0, 1, 8, 32)
     spec = ClothSpec(grid=Grid(columns=32, rows=32, width_m=1, height_m=1), pins=[Pin(particle=0), Pin(particle=31)])
-    with Draped("--threads=1") as server, drape.connect(server.address) as client, client.session() as session:
+    with bench.draped("--threads=1") as server, drape.connect(server.address) as client, client.session() as session:
         cloths = session.create(spec, 16)
         cloths.step(100, view=None)
         costs_ms = {count: [] for count in counts}
@@ -199,7 +203,7 @@ def neighbours(bench):
     cases = {"nobody": lambda _: [], f"{TENANTS} tenants with {few} cloths each": crowd, f"a cloth of {side * side} particles": large,
              "colliders of 131 072 triangles": builds, "16 clients that make sessions": sessions_without_end}
     for case, commands in cases.items():
-        with Draped(tenants=["modest", *others]) as server:
+        with bench.draped(tenants=["modest", *others]) as server:
             with Beside(commands(server), settle_s=3 if bench.is_quick else 15):
                 level = load(server, *SHEET, "--concurrency-range=1", "--request-timeout", 600, *bench.window, tenant="modest")
                 bench.add("neighbours", case, **latency(level), dispatches=level["p99_ms"] / DISPATCH_MS, resident_mb=server.resident_mb())
@@ -212,7 +216,7 @@ def fairness(bench):
     clients = {f"with-{count}": count for count in (1, 2, 4, 8)}
     shares = []
     for measured, count in clients.items():
-        with Draped(tenants=clients) as server:
+        with bench.draped(tenants=clients) as server:
             sheets = lambda n: ("--side", 32, "--cloths", 200, "--steps", 8, f"--concurrency-range={n}", "--request-timeout", 600)
             others = [load_command(server, *sheets(n), *ENDLESS, tenant=t) for t, n in clients.items() if t != measured]
             with Beside(others, settle_s=3):
@@ -226,7 +230,7 @@ def memory(bench):
     """Resident memory of the server over cloths and sessions that come and go. Request ids are kept for a second: with the
     default memory grows by what they need until the first are 10 minutes old."""
     cycles = 300 if bench.is_quick else 100_000
-    with Draped("--request-ids-kept-us=1000000") as server:
+    with bench.draped("--request-ids-kept-us=1000000") as server:
         for request in ("create", "session"):
             run = lambda count: load(server, *SHEET, f"--request={request}", "--concurrency-range=4", f"--request-count={count}", "-r", 1,
                                      "-p", 3_600_000)
@@ -240,11 +244,12 @@ def memory(bench):
 
 def floods(bench):
     """Memory, and the latency of an undisturbed client's Step, while two clients of another address flood the server, and
-    while they flood it through the proxy of docker/exposed."""
+    while they flood it through the proxy of docker/exposed. Without the proxy the server may take 12 GB of memory."""
     for kind in ("nobody", *FLOODS):
         for is_behind in (False, True):
             with contextlib.ExitStack() as running:
-                server = running.enter_context(Draped(*(("--max-connections-per-peer=0",) if is_behind else ())))
+                server = running.enter_context(
+                    bench.draped("--max-connections-per-peer=0") if is_behind else bench.draped(max_memory_gb=12))
                 proxy = running.enter_context(Proxy(server.address)) if is_behind else None
                 address = (proxy or server).address
                 commands = [] if kind == "nobody" else [[*GREEDY, kind, address]] * 2
@@ -255,8 +260,10 @@ def floods(bench):
                     figures = {"failed": "all"}
                 if proxy:
                     figures["proxy_mb"] = proxy.resident_mb()
+                if server.is_alive:
+                    figures["resident_mb"] = server.resident_mb()
                 bench.add("floods", kind.replace("_", " ") + (", behind HAProxy" if proxy else ""), **figures,
-                          resident_mb=server.resident_mb(), alive=int(server.is_alive))
+                          alive=int(server.is_alive))
 
 
 def restart(bench):
@@ -266,7 +273,7 @@ def restart(bench):
         with tempfile.TemporaryDirectory(prefix="drape-bench-") as folder:
             flags = (f"--checkpoint-dir={folder}", "--checkpoint-interval-s=0.5")
             spec = ClothSpec(grid=Grid(columns=32, rows=32, width_m=1, height_m=1), pins=[Pin(particle=0), Pin(particle=31)])
-            with Draped(*flags) as server:
+            with bench.draped(*flags) as server:
                 with drape.connect(server.address) as client:
                     session = client.session()
                     name = session.name
@@ -276,7 +283,7 @@ def restart(bench):
                     before = batch.read().positions.tobytes()
                     server.kill()
             begin = time.perf_counter()
-            with Draped(*flags) as server, drape.connect(server.address) as client:
+            with bench.draped(*flags) as server, drape.connect(server.address) as client:
                 after = client.session(name=name).attach().read()
                 ready_s = time.perf_counter() - begin
                 bench.add("restart", f"{cloths} x 1024", megabytes=size / 1e6, ready_s=ready_s,
@@ -347,49 +354,48 @@ def sections_of(path):
             for part in re.split(r"^(?=## )", path.read_text(), flags=re.MULTILINE)}
 
 
-def write_results(rows, head, sections, device):
-    """Beside what earlier runs found in other parts."""
+def write_results(part, rows, text, name):
+    """Of one part, beside what was found in others."""
     folder = HERE / "results"
     folder.mkdir(exist_ok=True)
-    machine = re.sub(r"[^a-z0-9]+", "-", device.lower()).strip("-")
+    machine = re.sub(r"[^a-z0-9]+", "-", name.lower()).strip("-")
     table_path, text_path = folder / f"{machine}.csv", folder / f"{machine}.md"
-    done = {row["part"] for row in rows}
-    write_csv(table_path, [row for row in rows_of(table_path) if row["part"] not in done] + rows)
-    whole = done == set(PARTS)
-    texts = sections_of(text_path)
-    for part, text in sections.items():
-        texts[f"## {part}"] = text if whole else f"{text}\n{textwrap.fill(head, 120)}\n"
-    if whole or "" not in texts:
-        texts = {"": f"# The service\n\n{head}\n", **texts}
-    text_path.write_text("\n".join(texts.values()))
-    print(f"results are in {folder}")
+    write_csv(table_path, [row for row in rows_of(table_path) if row["part"] != part] + rows)
+    texts = {"": "# The service\n", **sections_of(text_path), f"## {part}": text}
+    order = ["", *(f"## {name}" for name in PARTS)]
+    text_path.write_text("\n".join(texts[title] for title in order if title in texts))
+    print(f"results are in {folder}", flush=True)
+
+
+def measure(bench, part):
+    load_before, begin = os.getloadavg()[0], time.monotonic()
+    PARTS[part](bench)
+    seconds = time.monotonic() - begin
+    with bench.draped() as server, drape.connect(server.address) as client:
+        device = client.info.device
+    command = f"./run bench service --parts={part}" + ("" if bench.backend == "cpu" else f" --backend={bench.backend}")
+    meaning = textwrap.fill(" ".join(PARTS[part].__doc__.split()), 120)
+    source = textwrap.fill(f"By `{command}`; {device}; load average before {load_before:.1f}; {seconds:.0f} s.", 120)
+    rows = [row for row in bench.rows if row["part"] == part]
+    text = f"## {part}\n\n{meaning}\n\n{table(rows)}\n{source}\n"
+    print(text, flush=True)
+    if not bench.is_quick:
+        write_results(part, rows, text, device if bench.backend == "cpu" else f"{bench.backend} {device}")
 
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--quick", action="store_true")
     parser.add_argument("--parts", default=",".join(PARTS), help=f"of {', '.join(PARTS)} (default: all)")
+    parser.add_argument("--backend", default="cpu", help="of the servers: cpu, gl or reference (default: cpu)")
     arguments = parser.parse_args()
     wanted = arguments.parts.split(",")
     unknown = [part for part in wanted if part not in PARTS]
     if unknown:
         parser.error(f"--parts: unknown {unknown[0]} (legal: {', '.join(PARTS)})")
-    bench = Bench(arguments.quick)
-    begin = time.monotonic()
-    load_before = os.getloadavg()[0]
+    bench = Bench(arguments.quick, arguments.backend)
     for part in wanted:
-        PARTS[part](bench)
-    with Draped() as server:
-        device = drape.connect(server.address).info.device
-    command = "./run bench service" + ("" if wanted == list(PARTS) else " --parts=" + ",".join(wanted))
-    head = f"By `{command}`; {device}; load average before {load_before:.1f}; {time.monotonic() - begin:.0f} s."
-    sections = {}
-    for part in wanted:
-        meaning = textwrap.fill(" ".join(PARTS[part].__doc__.split()), 120)
-        sections[part] = f"## {part}\n\n{meaning}\n\n" + table([row for row in bench.rows if row["part"] == part])
-    print("\n".join([head, *sections.values()]))
-    if not arguments.quick:
-        write_results(bench.rows, head, sections, device)
+        measure(bench, part)
 
 
 if __name__ == "__main__":
