@@ -82,7 +82,7 @@ bool IsRepeatableStep(const v1::StepRequest& request) {
   const bool applies_something = request.has_pin_controls() || request.has_rest_length_controls() ||
                                  request.has_rest_length_scales() ||
                                  request.has_collider_controls() || request.has_grip_controls() ||
-                                 request.has_resets();
+                                 request.has_resets() || request.has_loads();
   return is_guarded && !applies_something;
 }
 

@@ -232,6 +232,23 @@ ClothStarts CheckStarts(const FieldPath& path, const Request& request, Violation
           CheckParameterOverrides(path.Child("overrides"), request.overrides(), rows, violations)};
 }
 
+CheckedLoads CheckLoads(const v1::StepLoads& loads, Violations& violations) {
+  CheckedLoads result;
+  const int count = loads.cloth_ids_size();
+  const int saved = loads.saved_cloth_ids_size();
+  violations.Require(saved == 0 || saved == count, FieldPath("loads").Child("saved_cloth_ids"),
+                     [&] {
+                       return "has " + std::to_string(saved) + " entries; it is empty or has one " +
+                              "per cloth (" + std::to_string(count) + ")";
+                     });
+  if (count == 0) return result;
+  CheckSavedName(FieldPath("loads").Child("name"), loads.name(), violations);
+  result.name = loads.name();
+  result.cloths = ToClothIds(loads.cloth_ids());
+  result.saved = ToClothIds(loads.saved_cloth_ids());
+  return result;
+}
+
 }  // namespace
 
 Result<CheckedCreation> CheckCreateCloths(const v1::CreateClothsRequest& request,
@@ -312,6 +329,14 @@ Result<CheckedReset> CheckReset(const v1::ResetClothsRequest& request) {
   return result;
 }
 
+void CheckSavedName(const FieldPath& path, const std::string& name, Violations& violations) {
+  constexpr size_t kMaxNameBytes = 128;
+  violations.Require(!name.empty() && name.size() <= kMaxNameBytes, path, [&] {
+    return "has " + std::to_string(name.size()) + " bytes; legal: 1 to " +
+           std::to_string(kMaxNameBytes);
+  });
+}
+
 Result<CheckedStep> CheckStep(const v1::StepRequest& request, uint32_t max_steps_per_request) {
   Violations violations;
   CheckedStep result;
@@ -324,6 +349,7 @@ Result<CheckedStep> CheckStep(const v1::StepRequest& request, uint32_t max_steps
   result.controls.length_scales = CheckLengthScales(request.rest_length_scales(), violations);
   result.resets.cloths = ToClothIds(request.resets().cloth_ids());
   result.resets.starts = CheckStarts(FieldPath("resets"), request.resets(), violations);
+  result.loads = CheckLoads(request.loads(), violations);
   result.controls.grips = CheckGripControls(request.grip_controls(), violations);
   if (request.has_view()) result.view = CheckView(FieldPath("view"), request.view(), violations);
   result.report = request.report();

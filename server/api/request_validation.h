@@ -42,6 +42,16 @@ struct CheckedReset {
 };
 Result<CheckedReset> CheckReset(const v1::ResetClothsRequest& request);
 
+// A name for saved states.
+void CheckSavedName(const FieldPath& path, const std::string& name, Violations& violations);
+
+// A checked StepLoads.
+struct CheckedLoads {
+  std::string name;
+  std::vector<ClothId> cloths;
+  std::vector<ClothId> saved;  // [cloth], or empty: each itself
+};
+
 // A checked StepRequest.
 struct CheckedStep {
   std::vector<ClothId> cloths;
@@ -50,6 +60,7 @@ struct CheckedStep {
   std::optional<uint64_t> expected_step;
   ControlRows controls;
   CheckedReset resets;  // no ids: none
+  CheckedLoads loads;   // no cloths: none
   ViewSpec view;
   bool report = false;
   bool grip_states = false;

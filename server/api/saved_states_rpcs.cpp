@@ -4,6 +4,7 @@
 
 #include "server/api/cloth_selection.h"
 #include "server/api/known_answer.h"
+#include "server/api/request_validation.h"
 #include "server/api/simulation_service.h"
 #include "server/api/snapshot_streams.h"
 #include "server/api/unary_call.h"
@@ -11,18 +12,9 @@
 namespace drape::api {
 namespace {
 
-constexpr size_t kMaxNameBytes = 128;
-
-void CheckName(const std::string& name, Violations& violations) {
-  violations.Require(!name.empty() && name.size() <= kMaxNameBytes, "name", [&] {
-    return "has " + std::to_string(name.size()) + " bytes; legal: 1 to " +
-           std::to_string(kMaxNameBytes);
-  });
-}
-
 Result<std::vector<ClothId>> CheckSave(const v1::SaveStatesRequest& request) {
   Violations violations;
-  CheckName(request.name(), violations);
+  CheckSavedName("name", request.name(), violations);
   std::vector<ClothId> ids = CheckSelection(request, FieldPath(), violations);
   DRAPE_RETURN_IF_ERROR(violations.ToStatus());
   return ids;
@@ -30,7 +22,7 @@ Result<std::vector<ClothId>> CheckSave(const v1::SaveStatesRequest& request) {
 
 Result<std::vector<ClothId>> CheckLoad(const v1::LoadStatesRequest& request) {
   Violations violations;
-  CheckName(request.name(), violations);
+  CheckSavedName("name", request.name(), violations);
   std::vector<ClothId> ids = CheckSelection(request, FieldPath(), violations);
   const int count = request.saved_cloth_ids_size();
   violations.Require(count == 0 || count == request.cloth_ids_size(), "saved_cloth_ids", [&] {

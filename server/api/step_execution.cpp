@@ -3,13 +3,13 @@
 #include <memory>
 #include <optional>
 #include <string>
-#include <unordered_set>
 #include <utility>
 
 #include "server/api/known_answer.h"
 #include "server/api/mapping.h"
 #include "server/api/request_validation.h"
 #include "server/api/state_chunks.h"
+#include "server/api/step_restart.h"
 #include "server/api/view_validation.h"
 #include "server/core/trace.h"
 
@@ -97,36 +97,6 @@ Result<std::vector<ChunkCloth>> CheckStates(const ServiceContext& context, const
   return chunk_cloths;
 }
 
-// Most particles that a step starts again: it keeps the device for about 0.2 s.
-constexpr uint64_t kMaxRestartedParticles = uint64_t{1} << 24;
-
-// Fields of a part of the request.
-Status InPart(const std::string& path, const Status& status) {
-  std::vector<FieldViolation> violations = status.violations();
-  if (violations.empty()) return status;
-  for (FieldViolation& violation : violations) violation.field = path + violation.field;
-  return Status::InvalidFields(std::move(violations));
-}
-
-Status AddResets(const CheckedReset& resets, const ClothList& cloths, StepWork& work) {
-  if (resets.cloths.empty()) return Status::Ok();
-  DRAPE_ASSIGN_OR_RETURN(ClothList restarted, FindAmong(resets.cloths, cloths, "resets"));
-  uint64_t particles = 0;
-  for (const auto& cloth : restarted) particles += cloth->description()->model->particle_count();
-  if (particles > kMaxRestartedParticles) {
-    return Status::InvalidField("resets.cloth_ids",
-                                "have " + std::to_string(particles) + " particles, at most " +
-                                    std::to_string(kMaxRestartedParticles) +
-                                    " start again within a step: use ResetCloths");
-  }
-  const std::unordered_set<ClothId> ids(resets.cloths.begin(), resets.cloths.end());
-  for (const auto& cloth : cloths) work.is_restarted.push_back(ids.contains(cloth->id));
-  work.restart = [restarted = std::move(restarted), starts = resets.starts](Backend& backend) {
-    return InPart("resets.", ResetOnDevice(backend, restarted, starts));
-  };
-  return Status::Ok();
-}
-
 // Impulses that the backend cannot tell are refused, not answered by zeros.
 Status CheckImpulses(bool are_asked, const BackendDescription& backend) {
   if (!are_asked || backend.has_impulses) return Status::Ok();
@@ -153,8 +123,8 @@ uint64_t AnswerBytes(const CheckedStep& checked, const StepCall& call, ScalarTyp
 Result<StepWork> ToWork(const CheckedStep& checked, const Session& session,
                         const ClothList& cloths) {
   StepWork work;
-  DRAPE_ASSIGN_OR_RETURN(work.controls, ResolveControls(checked.controls, cloths));
-  DRAPE_RETURN_IF_ERROR(AddResets(checked.resets, cloths, work));
+  DRAPE_ASSIGN_OR_RETURN(const Descriptions becoming, AddRestarts(checked, session, cloths, work));
+  DRAPE_ASSIGN_OR_RETURN(work.controls, ResolveControls(checked.controls, cloths, becoming));
   work.session = session.name();
   work.tenant = session.tenant();
   for (const auto& cloth : cloths) work.cloths.push_back(cloth->runtime);

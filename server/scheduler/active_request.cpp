@@ -189,6 +189,16 @@ void ActiveRequest::EndWith(const Status& status) {
   if (!end_status_.has_value()) end_status_ = status;
 }
 
+uint64_t ActiveRequest::StepsAtStart(uint32_t cloth_index) const {
+  const RestartPoint* const restart = RestartOf(cloth_index);
+  return restart ? restart->completed_steps : work_.cloths[cloth_index]->now().completed_steps;
+}
+
+bool ActiveRequest::IsFaultedAtStart(uint32_t cloth_index) const {
+  const RestartPoint* const restart = RestartOf(cloth_index);
+  return restart ? restart->is_faulted : work_.cloths[cloth_index]->is_faulted();
+}
+
 Status ActiveRequest::CheckExpectations(uint32_t max_steps) const {
   for (uint32_t k = 0; k < work_.cloths.size(); ++k) {
     const ClothRuntime& cloth = *work_.cloths[k];
@@ -196,10 +206,9 @@ Status ActiveRequest::CheckExpectations(uint32_t max_steps) const {
       return {StatusCode::kNotFound, "CLOTH_NOT_FOUND",
               "cloth " + std::to_string(k) + " of the request was deleted"};
     }
-    if (cloth.is_faulted() && !IsRestarted(k)) continue;
-    const bool is_restarted = IsRestarted(k);
-    const uint64_t completed = is_restarted ? 0 : cloth.now().completed_steps;
-    if (!is_restarted && work_.expected_step.has_value() && completed != *work_.expected_step) {
+    if (IsFaultedAtStart(k)) continue;
+    const uint64_t completed = StepsAtStart(k);
+    if (!RestartOf(k) && work_.expected_step.has_value() && completed != *work_.expected_step) {
       return StepMismatch(cloth, k, "expected_step is " + std::to_string(*work_.expected_step));
     }
     if (!work_.until_step.has_value()) continue;
@@ -232,10 +241,10 @@ Status ActiveRequest::CheckWorlds() const {
     return WorldIncomplete(missing_ids);
   }
   const auto has_fault = [&](const ClothRuntime& cloth) {
-    return cloth.is_faulted() && !IsRestarted(places.at(&cloth));
+    return IsFaultedAtStart(places.at(&cloth));
   };
   const auto completed_steps = [&](const ClothRuntime& cloth) {
-    return IsRestarted(places.at(&cloth)) ? 0 : cloth.now().completed_steps;
+    return StepsAtStart(places.at(&cloth));
   };
   for (const ClothWorld* const world : worlds) {
     const ClothRuntime& first = *world->members()[0].cloth;
@@ -284,9 +293,17 @@ Status ActiveRequest::ApplyControls(Backend& backend) {
   const auto cloth_of = [&](const auto& control) -> ClothRuntime& {
     return *work_.cloths[control.cloth_index];
   };
-  DRAPE_RETURN_IF_ERROR(
-      controls.ForEach([&](const auto& control) { return Check(cloth_of(control), control); }));
+  // Of cloths that get another description with `restart`, only then.
+  const auto check = [&](bool has_other_description) {
+    return controls.ForEach([&](const auto& control) {
+      const RestartPoint* const restart = RestartOf(control.cloth_index);
+      const bool has_other = restart && restart->has_other_description;
+      return has_other == has_other_description ? Check(cloth_of(control), control) : Status::Ok();
+    });
+  };
+  DRAPE_RETURN_IF_ERROR(check(false));
   if (work_.restart) DRAPE_RETURN_IF_ERROR(work_.restart(backend));
+  DRAPE_RETURN_IF_ERROR(check(true));
   DRAPE_RETURN_IF_ERROR(controls.ForEach(
       [&](const auto& control) { return Prepare(backend, cloth_of(control), control.control); }));
   DRAPE_RETURN_IF_ERROR(controls.ForEach([&](const auto& control) {

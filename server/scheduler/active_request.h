@@ -71,9 +71,14 @@ class ActiveRequest {
   StepWork TakeWork() && { return std::move(work_); }
 
  private:
-  bool IsRestarted(uint32_t cloth_index) const {
-    return !work_.is_restarted.empty() && work_.is_restarted[cloth_index];
+  // Null: StepWork::restart leaves the cloth as it is.
+  const RestartPoint* RestartOf(uint32_t cloth_index) const {
+    if (work_.restarts.empty() || !work_.restarts[cloth_index]) return nullptr;
+    return &*work_.restarts[cloth_index];
   }
+  // Of a cloth when its first step begins.
+  uint64_t StepsAtStart(uint32_t cloth_index) const;
+  bool IsFaultedAtStart(uint32_t cloth_index) const;
   Status CheckExpectations(uint32_t max_steps) const;
   // Every world that one of the cloths belongs to is there as a whole, and can be stepped.
   Status CheckWorlds() const;

@@ -127,6 +127,14 @@ struct StepOutcome {
   int64_t device_done_us = 0;
 };
 
+// Where StepWork::restart puts a cloth.
+struct RestartPoint {
+  uint64_t completed_steps = 0;
+  bool is_faulted = false;
+  // It gets another description, and its controls are for that one.
+  bool has_other_description = false;
+};
+
 // One step request.
 struct StepWork {
   // Who shares the device fairly with others.
@@ -141,11 +149,13 @@ struct StepWork {
   // The steps that every cloth that is not faulted must have completed when the request starts.
   std::optional<uint64_t> expected_step;
   StepControls controls;
-  // Makes cloths start again: on the device thread when the request starts, once everything is
-  // checked and before the controls act. All of them, or none and an error, which ends the request.
+  // Makes cloths start again, or go on from a saved state: on the device thread when the request
+  // starts, once everything is checked and before the controls act. All of them, or none and an
+  // error, which ends the request.
   std::function<Status(Backend&)> restart;
-  // [cloth] that `restart` resets, or empty: nothing is expected of their steps so far.
-  std::vector<bool> is_restarted;
+  // [cloth], unset where `restart` leaves a cloth as it is; or empty. Nothing is expected of the
+  // steps so far of a cloth that it does not.
+  std::vector<std::optional<RestartPoint>> restarts;
   bool report = false;       // measure in the last step of each cloth
   bool grip_states = false;  // ClothOutcome::grips
   bool impulses = false;     // ClothOutcome::impulses; only if BackendDescription::has_impulses

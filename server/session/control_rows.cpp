@@ -25,6 +25,17 @@ constexpr uint64_t kMaxSearchedParticles = uint64_t{1} << 26;
 using ClothSpan = std::span<const std::shared_ptr<ClothRecord>>;
 using ClothIndices = std::unordered_map<ClothId, uint32_t>;
 
+// The cloths of a request, as its controls find them.
+struct RequestCloths {
+  ClothSpan records;
+  std::span<const std::shared_ptr<const ClothDescription>> becoming;
+  ClothIndices indices;
+
+  std::shared_ptr<const ClothDescription> DescriptionOf(uint32_t index) const {
+    return becoming.empty() || !becoming[index] ? records[index]->description() : becoming[index];
+  }
+};
+
 // An error in a row: the column and the reason.
 struct RowError {
   const char* column;
@@ -36,19 +47,19 @@ using RowCheck = std::optional<RowError>;
 template <class Control, class Check>
 Result<std::vector<ClothControl<Control>>> ResolveRows(const char* table,
                                                        const std::vector<ControlRow<Control>>& rows,
-                                                       ClothSpan cloths,
-                                                       const ClothIndices& indices, Check check) {
+                                                       const RequestCloths& cloths, Check check) {
   std::vector<ClothControl<Control>> controls;
   std::vector<FieldViolation> violations;
   for (size_t r = 0; r < rows.size() && violations.size() < kMaxNamedRows; ++r) {
-    const auto index = indices.find(rows[r].cloth);
+    const auto index = cloths.indices.find(rows[r].cloth);
     ClothControl<Control> control{0, rows[r].control};
     RowCheck error;
-    if (index == indices.end()) {
+    if (index == cloths.indices.end()) {
       error = {"cloth_ids", "no cloth of this request"};
     } else {
       control.cloth_index = index->second;
-      error = check(*cloths[index->second], control);
+      const auto description = cloths.DescriptionOf(index->second);
+      error = check(*cloths.records[index->second], *description, control);
     }
     if (error.has_value()) {
       violations.push_back(
@@ -61,10 +72,10 @@ Result<std::vector<ClothControl<Control>>> ResolveRows(const char* table,
   return controls;
 }
 
-RowCheck CheckPin(const ClothRecord& cloth, ClothControl<PinControl>& row) {
+RowCheck CheckPin(const ClothRecord& cloth, const ClothDescription& description,
+                  ClothControl<PinControl>& row) {
   PinControl& control = row.control;
-  const auto description = cloth.description();
-  const SceneModel& model = *description->model;
+  const SceneModel& model = *description.model;
   const auto pins = model.pins();
   const uint32_t named = control.particle;
   const bool exists = named < model.described_particle_count();
@@ -76,10 +87,10 @@ RowCheck CheckPin(const ClothRecord& cloth, ClothControl<PinControl>& row) {
   return std::nullopt;
 }
 
-RowCheck CheckCollider(const ClothRecord& cloth, ClothControl<ColliderControl>& row) {
+RowCheck CheckCollider(const ClothRecord& cloth, const ClothDescription& description,
+                       ClothControl<ColliderControl>& row) {
   ColliderControl& control = row.control;
-  const auto description = cloth.description();
-  const std::vector<Collider>& colliders = description->parameters.colliders;
+  const std::vector<Collider>& colliders = description.parameters.colliders;
   if (control.collider >= colliders.size()) {
     return RowError{"colliders", fmt::format("{} is not below the number of colliders, {}",
                                              control.collider, colliders.size())};
@@ -95,16 +106,16 @@ RowCheck CheckCollider(const ClothRecord& cloth, ClothControl<ColliderControl>& 
 // The device searches particles while everybody waits.
 class GripCheck {
  public:
-  RowCheck operator()(const ClothRecord& cloth, ClothControl<GripControl>& row) {
+  RowCheck operator()(const ClothRecord& cloth, const ClothDescription& description,
+                      ClothControl<GripControl>& row) {
     GripControl& control = row.control;
-    const auto description = cloth.description();
-    const uint32_t count = description->parameters.max_grips;
+    const uint32_t count = description.parameters.max_grips;
     if (control.slot >= count) {
       return RowError{
           "slots", fmt::format("{} is not below max_grips of the cloth, {}", control.slot, count)};
     }
     control.place_m = cloth.placement.ClothFromEnvironment(control.place_m);
-    const SceneModel& model = *description->model;
+    const SceneModel& model = *description.model;
     if (control.action == GripAction::kGrabNearest) {
       searched_ += model.particle_count();
       if (searched_ <= kMaxSearchedParticles) return std::nullopt;
@@ -130,9 +141,10 @@ class GripCheck {
 // Keeps the ConstraintPlaces of each cloth, which take a pass over its model.
 class LengthCheck {
  public:
-  RowCheck operator()(const ClothRecord& cloth, const ClothControl<LengthControl>& row) {
+  RowCheck operator()(const ClothRecord& /*cloth*/, const ClothDescription& description,
+                      const ClothControl<LengthControl>& row) {
     const uint32_t constraint = row.control.constraint;
-    const auto model = cloth.description()->model;
+    const auto& model = description.model;
     if (constraint >= model->described_constraint_count()) {
       return RowError{"constraints",
                       fmt::format("{} is not below the number of distance constraints, {}",
@@ -150,11 +162,12 @@ class LengthCheck {
 // A row costs a pass over its cloth, so each cloth may have one.
 class ScaleCheck {
  public:
-  RowCheck operator()(const ClothRecord& cloth, const ClothControl<LengthScale>& row) {
+  RowCheck operator()(const ClothRecord& cloth, const ClothDescription& description,
+                      const ClothControl<LengthScale>& row) {
     if (!scaled_.insert(row.cloth_index).second) {
       return RowError{"cloth_ids", fmt::format("{} occurs twice", cloth.id.Packed())};
     }
-    const auto model = cloth.description()->model;
+    const auto& model = description.model;
     if (model->constraint_count() == 0) {
       return RowError{"scales", "the cloth has no distance constraint"};
     }
@@ -176,25 +189,26 @@ class ScaleCheck {
 
 }  // namespace
 
-Result<StepControls> ResolveControls(const ControlRows& rows, ClothSpan cloths) {
+Result<StepControls> ResolveControls(
+    const ControlRows& rows, ClothSpan records,
+    std::span<const std::shared_ptr<const ClothDescription>> becoming) {
   StepControls controls;
   const bool is_any_given = !rows.pins.empty() || !rows.colliders.empty() ||
                             !rows.lengths.empty() || !rows.length_scales.empty() ||
                             !rows.grips.empty();
   if (!is_any_given) return controls;
-  ClothIndices indices;
-  for (uint32_t k = 0; k < cloths.size(); ++k) indices.emplace(cloths[k]->id, k);
-  DRAPE_ASSIGN_OR_RETURN(controls.pins,
-                         ResolveRows("pin_controls", rows.pins, cloths, indices, CheckPin));
-  DRAPE_ASSIGN_OR_RETURN(controls.colliders, ResolveRows("collider_controls", rows.colliders,
-                                                         cloths, indices, CheckCollider));
-  DRAPE_ASSIGN_OR_RETURN(controls.lengths, ResolveRows("rest_length_controls", rows.lengths, cloths,
-                                                       indices, LengthCheck()));
+  RequestCloths cloths{records, becoming, {}};
+  for (uint32_t k = 0; k < records.size(); ++k) cloths.indices.emplace(records[k]->id, k);
+  DRAPE_ASSIGN_OR_RETURN(controls.pins, ResolveRows("pin_controls", rows.pins, cloths, CheckPin));
+  DRAPE_ASSIGN_OR_RETURN(controls.colliders,
+                         ResolveRows("collider_controls", rows.colliders, cloths, CheckCollider));
+  DRAPE_ASSIGN_OR_RETURN(controls.lengths,
+                         ResolveRows("rest_length_controls", rows.lengths, cloths, LengthCheck()));
   DRAPE_ASSIGN_OR_RETURN(
       controls.length_scales,
-      ResolveRows("rest_length_scales", rows.length_scales, cloths, indices, ScaleCheck()));
+      ResolveRows("rest_length_scales", rows.length_scales, cloths, ScaleCheck()));
   DRAPE_ASSIGN_OR_RETURN(controls.grips,
-                         ResolveRows("grip_controls", rows.grips, cloths, indices, GripCheck()));
+                         ResolveRows("grip_controls", rows.grips, cloths, GripCheck()));
   return controls;
 }
 

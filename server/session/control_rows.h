@@ -38,8 +38,11 @@ struct ControlRows {
 //   "grip_controls.particles[r]": no such particle, or a pin
 //   "grip_controls.actions[r]": the rows that search search too many particles
 //   "rest_length_scales.scales[r]": makes a length that is too short or too long
-// Takes time in proportion to the rows and to the constraints of the cloths that they name. Pure.
-Result<StepControls> ResolveControls(const ControlRows& rows,
-                                     std::span<const std::shared_ptr<ClothRecord>> cloths);
+// `becoming`: [cloth] the description that a cloth gets before its controls act, null where it
+// keeps its own; or empty. Takes time in proportion to the rows and to the constraints of the
+// cloths that they name. Pure.
+Result<StepControls> ResolveControls(
+    const ControlRows& rows, std::span<const std::shared_ptr<ClothRecord>> cloths,
+    std::span<const std::shared_ptr<const ClothDescription>> becoming = {});
 
 }  // namespace drape

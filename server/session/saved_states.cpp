@@ -55,6 +55,14 @@ ClothUpdate UpdateTo(const SavedCloth& from, const ClothRecord& cloth) {
   return update;
 }
 
+// What may have changed since CheckLoads.
+Status CheckLoadNow(const ClothRecord& cloth, const SavedCloth& from) {
+  if (!cloth.runtime->is_alive()) return ClothNotFound(cloth.id);
+  if (HasSettingsOf(cloth, from)) return Status::Ok();
+  return Status::InvalidField("cloth_ids", "cloth " + std::to_string(cloth.id.Packed()) +
+                                               " of a world has got other settings meanwhile");
+}
+
 }  // namespace
 
 ParticleState ParticlesOf(const SavedCloth& from) {
@@ -136,18 +144,26 @@ Status CheckLoads(const ClothRecord& cloth, const SavedCloth& from, const std::s
 }
 
 Status LoadOnDevice(Backend& backend, ClothRecord& cloth, const SavedCloth& from) {
+  DRAPE_RETURN_IF_ERROR(CheckLoadNow(cloth, from));
   ClothRuntime& runtime = *cloth.runtime;
-  if (!runtime.is_alive()) return ClothNotFound(cloth.id);
-  if (!HasSettingsOf(cloth, from)) {
-    return Status::InvalidField("cloth_ids", "cloth " + std::to_string(cloth.id.Packed()) +
-                                                 " of a world has got other settings meanwhile");
-  }
   DRAPE_RETURN_IF_ERROR(backend.Write(runtime.handle(), UpdateTo(from, cloth)));
   const ClothDescription& description = *from.description;
   runtime.SetModel(description.model);
   runtime.SetShift(ShiftOf(*description.model, description.parameters, cloth.placement));
   runtime.Restore(from.runtime);
   cloth.ReplaceDescription(from.description);
+  return Status::Ok();
+}
+
+Status LoadOnDevice(Backend& backend, std::span<const LoadPair> pairs) {
+  for (const LoadPair& pair : pairs) {
+    DRAPE_RETURN_IF_ERROR(LoadOnDevice(backend, *pair.into, *pair.from));
+  }
+  return Status::Ok();
+}
+
+Status CheckLoadsNow(std::span<const LoadPair> pairs) {
+  for (const LoadPair& pair : pairs) DRAPE_RETURN_IF_ERROR(CheckLoadNow(*pair.into, *pair.from));
   return Status::Ok();
 }
 

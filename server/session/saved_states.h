@@ -39,6 +39,12 @@ struct SavedStates {
   std::vector<std::shared_ptr<void>> permits{};  // for the bytes
 };
 
+// A cloth, and what it is to become.
+struct LoadPair {
+  std::shared_ptr<ClothRecord> into;
+  const SavedCloth* from;
+};
+
 // How many of the cloths one command takes: as many of their largest as fit (sliced_command.h).
 size_t ClothsPerSlice(std::span<const std::shared_ptr<ClothRecord>> cloths);
 
@@ -56,6 +62,13 @@ Status CheckLoads(const ClothRecord& cloth, const SavedCloth& from, const std::s
 // way, grips, sleep, budget, fault, pins, model and parameters. RESOURCE_EXHAUSTED when the device
 // has no room; nothing changes then. Device thread.
 Status LoadOnDevice(Backend& backend, ClothRecord& cloth, const SavedCloth& from);
+
+// The same for several cloths, one after the other, until one fails. Device thread.
+Status LoadOnDevice(Backend& backend, std::span<const LoadPair> pairs);
+
+// What may have changed since CheckLoads: NOT_FOUND, INVALID_ARGUMENT ("cloth_ids"). Afterwards
+// LoadOnDevice fails only where the device has no room. Device thread.
+Status CheckLoadsNow(std::span<const LoadPair> pairs);
 
 // Its particles, in the cloth frame.
 ParticleState ParticlesOf(const SavedCloth& from);

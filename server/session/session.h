@@ -77,10 +77,10 @@ struct SavedSummary {
   uint64_t bytes = 0;
 };
 
-// A cloth, and what it is to become.
-struct LoadPair {
-  std::shared_ptr<ClothRecord> into;
-  const SavedCloth* from;
+// Cloths that are to become saved ones.
+struct StateLoads {
+  std::shared_ptr<const SavedStates> saved;  // where LoadPair::from points to
+  std::vector<LoadPair> pairs;
 };
 
 // Names under which a session keeps states.
@@ -166,6 +166,9 @@ class Session : public std::enable_shared_from_this<Session> {
   // room: the cloths from there on are as they were.
   void LoadStates(const std::string& name, std::span<const ClothId> into,
                   std::span<const ClothId> from, std::function<void(Status)> done);
+  // The pairs of LoadStates, with its errors, for LoadOnDevice.
+  Result<StateLoads> FindLoads(const std::string& name, std::span<const ClothId> into,
+                               std::span<const ClothId> from) const;
   // SAVED_STATES_NOT_FOUND.
   Status DropStates(const std::string& name);
   // What SaveStates has kept; null: nothing.

@@ -74,26 +74,29 @@ Result<std::vector<LoadPair>> Session::PairsOf(const SavedStates& saved,
   return pairs;
 }
 
+Result<StateLoads> Session::FindLoads(const std::string& name, std::span<const ClothId> into,
+                                      std::span<const ClothId> from) const {
+  StateLoads loads{FindSaved(name), {}};
+  if (loads.saved == nullptr) return SavedStatesNotFound(name);
+  DRAPE_ASSIGN_OR_RETURN(loads.pairs, PairsOf(*loads.saved, into, from));
+  return loads;
+}
+
 void Session::LoadStates(const std::string& name, std::span<const ClothId> into,
                          std::span<const ClothId> from, std::function<void(Status)> done) {
-  const std::shared_ptr<const SavedStates> saved = FindSaved(name);
-  if (saved == nullptr) return done(SavedStatesNotFound(name));
-  auto found = PairsOf(*saved, into, from);
+  auto found = FindLoads(name, into, from);
   if (!found.ok()) return done(found.status());
-  const auto pairs = std::make_shared<const std::vector<LoadPair>>(std::move(found).value());
+  const auto loads = std::make_shared<const StateLoads>(std::move(found).value());
   uint32_t largest = 1;
-  for (const LoadPair& pair : *pairs) {
+  for (const LoadPair& pair : loads->pairs) {
     largest = std::max(largest, pair.from->description->model->particle_count());
   }
   const Status status = RunInSlices(
-      commons_->scheduler, owner(), pairs->size(), ClothsPerSlice(largest),
-      [pairs](Backend& backend, size_t begin, size_t end) {
-        for (size_t k = begin; k < end; ++k) {
-          DRAPE_RETURN_IF_ERROR(LoadOnDevice(backend, *(*pairs)[k].into, *(*pairs)[k].from));
-        }
-        return Status::Ok();
+      commons_->scheduler, owner(), loads->pairs.size(), ClothsPerSlice(largest),
+      [loads](Backend& backend, size_t begin, size_t end) {
+        return LoadOnDevice(backend, std::span(loads->pairs).subspan(begin, end - begin));
       },
-      [self = shared_from_this(), saved, done](Backend&, const Status& outcome) {
+      [self = shared_from_this(), loads, done](Backend&, const Status& outcome) {
         self->commons_->scheduler.Complete([done, outcome] { done(outcome); });
       });
   if (!status.ok()) done(status);

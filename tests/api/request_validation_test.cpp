@@ -273,6 +273,10 @@ INSTANTIATE_TEST_SUITE_P(
                   r.mutable_resets()->mutable_overrides(0)->set_gravity_m_per_s2(1, kNaN);
                 },
                 "resets.overrides[0].gravity_m_per_s2[1]", "nan"},
+        BadStep{"ManySavedCloths", [](auto& r) { r.mutable_loads()->add_saved_cloth_ids(4); },
+                "loads.saved_cloth_ids", "has 2 entries; it is empty or has one per cloth (1)"},
+        BadStep{"NoSavedName", [](auto& r) { r.mutable_loads()->clear_name(); }, "loads.name",
+                "has 0 bytes; legal: 1 to 128"},
         BadStep{"NoScales", [](auto& r) { r.mutable_rest_length_scales()->clear_scales(); },
                 "rest_length_scales.scales", "has 0 elements, needs 1"},
         BadStep{"NotANumberScale",
@@ -313,6 +317,19 @@ TEST(StepRules, ResetsAreRead) {
   EXPECT_EQ(starts.overrides[0].gravity_m_per_s2, Eigen::Vector3d(0, -5, 0));
   EXPECT_FALSE(starts.overrides[0].wind_m_per_s.has_value());
   EXPECT_TRUE(starts.overrides[0].numbers.IsSet(&ClothParameters::restitution));
+}
+
+TEST(StepRules, LoadsAreRead) {
+  v1::StepRequest request = GoodStep();
+  auto step = CheckStep(request, 10);
+  ASSERT_TRUE(step.ok()) << step.status().ToString();
+  EXPECT_EQ(step->loads.name, "start");
+  EXPECT_EQ(step->loads.cloths, std::vector<ClothId>{ClothId::FromPacked(2)});
+  EXPECT_EQ(step->loads.saved, std::vector<ClothId>{ClothId::FromPacked(3)});
+  request.mutable_loads()->Clear();
+  step = CheckStep(request, 10);
+  ASSERT_TRUE(step.ok()) << "an empty selection needs no name";
+  EXPECT_TRUE(step->loads.cloths.empty());
 }
 
 TEST(ResetValidation, RowsBelongToNamedCloths) {

@@ -201,6 +201,10 @@ inline v1::StepRequest GoodStep() {
   Set(resets->mutable_transforms(), {0, 1, 0, 0, 0, 2, 0});
   Set(resets->add_overrides()->mutable_gravity_m_per_s2(), {0, -5, 0});
   resets->mutable_overrides(0)->set_restitution(0.5);
+  v1::StepLoads* loads = request.mutable_loads();
+  loads->set_name("start");
+  loads->add_cloth_ids(2);
+  loads->add_saved_cloth_ids(3);
   v1::StateView* view = request.mutable_view();
   view->set_positions(true);
   view->add_particles(0);

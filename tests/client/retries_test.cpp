@@ -112,6 +112,9 @@ TEST(RetriesTest, AStepIsRepeatableByItsIdOrByItsGuard) {
   EXPECT_TRUE(IsRepeatable(until));
   until.mutable_resets();
   EXPECT_FALSE(IsRepeatable(until));
+  until.clear_resets();
+  until.mutable_loads();
+  EXPECT_FALSE(IsRepeatable(until));
 }
 
 TEST(RetriesTest, ChangesNeedAnIdAndReadsNeedNone) {

@@ -60,6 +60,80 @@ def test_reset_opens_grips(cloths):
     assert (cloths.step(grips=True).grips.particles == -1).all()
 
 
+def test_a_restart_is_a_reset_and_a_step_in_one_request(session, spec):
+    one, two = session.create(spec, count=4), session.create(spec, count=4)
+    transforms = [[0.1, 1, 0, 0, 0.6, 0, 0.8], [0.2, 1, 0, 0, 0, 0, 1]]
+    overrides = [drape.ClothOverride(damping_per_s=0.5), drape.ClothOverride(damping_per_s=2)]
+    for cloths in (one, two):
+        cloths.step(5)
+        cloths.move_pins([0], [9, 9, 9], ids=[2])  # forgotten
+    one.restart([3, 1], transforms=transforms, overrides=overrides)
+    one.restart([2], transforms=[[0, 2, 0, 0, 0, 0, 1]], overrides=[drape.ClothOverride()])
+    one.move_pins([0], [0, 0.1, 0], ids=[3])
+    assert one.step_count.tolist() == [5, 5, 5, 5], "nothing has happened yet"
+    assert one.step(2, ids=[0]).step_count.tolist() == [7]
+    answer = one.step(2, expected=7)
+    two.reset([3, 1], transforms=transforms, overrides=overrides)
+    two.reset([2], transforms=[[0, 2, 0, 0, 0, 0, 1]])
+    two.move_pins([0], [0, 0.1, 0], ids=[3])
+    two.step(2, ids=[0])
+    assert answer.step_count.tolist() == two.step(2).step_count.tolist() == [9, 2, 2, 2]
+    assert bits(one.positions) == bits(two.positions)
+    assert one.step().step_count.tolist() == [10, 3, 3, 3], "once"
+
+
+def test_a_restart_goes_on_from_what_was_saved(session, spec):
+    one, two = session.create(spec, count=3), session.create(spec, count=3)
+    for cloths, name in ((one, "three"), (two, "3")):
+        for row in range(3):
+            cloths.move_pins([0], [0, 0.1 * row, 0], ids=[row])
+        cloths.step(3)
+        cloths.save(name)
+        cloths.step(4)
+    one.save("seven")
+    one.restart([0, 2], to="three", of=[1, 2])
+    assert one.step(2).step_count.tolist() == [5, 9, 5]
+    two.load("3", [0, 2], of=[1, 2])
+    two.step(2)
+    assert bits(one.positions) == bits(two.positions)
+    one.restart(to="three")
+    with one.pipeline(depth=1) as steps:
+        assert steps.step().step_count.tolist() == [4, 4, 4]
+    two.load("3")
+    assert bits(one.positions) == bits(two.step(1).positions)
+    one.restart([0], to="three")
+    with pytest.raises(drape.InvalidArgument, match="to: 'seven', but cloths that wait .* from 'three'"):
+        one.restart([1], to="seven")
+    one.reset()  # forgets it
+    one.restart([1], to="seven")
+    assert one.step().step_count.tolist() == [1, 8, 1]
+    one.restart(to="nothing")
+    with pytest.raises(drape.NotFound, match="SAVED_STATES_NOT_FOUND"):
+        one.step()
+    assert one.step().step_count.tolist() == [2, 9, 2], "the refused one did nothing, and is gone"
+
+
+def test_restarts_that_do_not_go_together_are_refused(session, spec):
+    cloths = session.create(spec, count=3)
+    cloths.restart([], to="x")
+    cloths.restart(np.zeros(3, bool))
+    assert cloths.step().step_count.tolist() == [1, 1, 1]
+    cloths.restart([0])
+    for arguments, words in ((dict(transforms=[0, 0, 0, 0, 0, 0, 1]), "transforms: cloths that wait"),
+                             (dict(transforms=[0, 1]), "does not fit"), (dict(overrides=[]), "overrides: has 0 elements, 1 are"),
+                             (dict(overrides=[3]), "overrides: "), (dict(of=[0]), "of: goes with"),
+                             (dict(to="x", overrides=[drape.ClothOverride()]), "to: goes without"),
+                             (dict(to=3), "name: 3 is not a text"), (dict(to="x", of=[3]), "of: index 3")):
+        with pytest.raises(drape.InvalidArgument, match=words):
+            cloths.restart([1], **arguments)
+    assert cloths.step().step_count.tolist() == [1, 2, 2]
+    others = session.create(spec)
+    cloths.restart(to="a")
+    others.restart(to="b")
+    with pytest.raises(drape.InvalidArgument, match=r"to: cloths of one step go on from one name, got \['a', 'b'\]"):
+        session.step([cloths, others])
+
+
 def test_what_is_wrong_is_said(session, cloths):
     with pytest.raises(drape.InvalidArgument, match="nearest_to and radius_m"):
         cloths.grip(0, nearest_to=[0, 0, 0])

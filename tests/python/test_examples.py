@@ -4,14 +4,16 @@ import pathlib
 import subprocess
 import sys
 
+import pytest
+
 from conftest import DRAPE, ROOT, run_python
 
 EXAMPLES = ROOT / "client/python/examples"
 
 
-def run(name, *arguments):
+def run(name, *arguments, **environment):
     done = subprocess.run([sys.executable, EXAMPLES / name, *arguments], capture_output=True, text=True, timeout=120,
-                          env={**os.environ})
+                          env={**os.environ, **environment})
     assert done.returncode == 0, done.stderr
     return done.stdout
 
@@ -26,6 +28,14 @@ def test_hello_says_what_the_cpp_example_says():
 def test_random_policy():
     out = run("random_policy.py", "2", "1")
     assert "by hand: normalized performance 0.9" in out
+
+
+@pytest.mark.full
+def test_shards_on_ray_go_on_when_a_server_is_killed():
+    out = run("ray_shards.py", "6", "2", RAY_ADDRESS="local").splitlines()
+    assert [line.split(" is on")[0] for line in out if " is on" in line] == ["shard 0", "shard 1"]
+    actions = [line for line in out if line.startswith("action ")]
+    assert [line.split(", ")[-1] for line in actions] == ["0 recoveries"] * 3 + ["1 recoveries"] * 3
 
 
 def test_the_notebook_runs_from_top_to_bottom(tmp_path):

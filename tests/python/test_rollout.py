@@ -27,6 +27,26 @@ def test_targets_are_shared_and_reached_within_a_row(session, spec):
     assert rows["step_count"].tolist() == [[4, 8]] * 2
 
 
+def test_targets_are_reached_at_the_time_step_that_the_cloths_have(client, session, spec):
+    cloths = session.create(spec, count=2)
+    settings = drape.StepSettings(substeps=8, time_step_s=1 / 240)
+    cloths.update(drape.ClothSpec(settings=settings), ["settings"])
+    assert cloths.spec.settings == settings and cloths.spec.grid == spec.grid
+    targets = np.zeros((1, 2, 1, 3))
+    targets[0, :, 0, 1] = [0.1, 0.2]
+    rows = cloths.rollout(2, steps=4, pins=[0], pin_targets=targets)
+    assert np.allclose(rows["positions"][:, :, 0, 1], [[0.1, 0.2]] * 2, atol=1e-6)
+    with client.session(name=session.name) as other:  # where nobody has said it
+        same = other.attach()
+        targets[0, :, 0, 1] = [0.3, 0.1]
+        rows = same.rollout(2, steps=4, pins=[0], pin_targets=targets)
+        assert np.allclose(rows["positions"][:, :, 0, 1], [[0.3, 0.1]] * 2, atol=1e-6)
+    cloths.update(drape.ClothSpec(settings=spec.settings), ["settings"], ids=[1])
+    targets[0, :, 0, 1] = [0.0, 0.2]
+    rows = cloths.rollout(2, steps=4, pins=[0], pin_targets=targets)
+    assert np.allclose(rows["positions"][:, :, 0, 1], [[0, 0.2]] * 2, atol=1e-6)
+
+
 def test_out_is_filled_again(session, spec):
     cloths = session.create(spec)
     first = cloths.rollout(3, view=drape.POSITIONS_AND_VELOCITIES)

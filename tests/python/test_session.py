@@ -51,6 +51,27 @@ def test_unlike_cloths_are_not_one_batch(client, session):
     assert [cloth.shape.particles for cloth in session.list()] == [36, 49]
 
 
+def test_attaching_many_asks_a_few_times(client, session, monkeypatch):
+    cloths = session.create(sheet(2), count=1200)
+    asked = []
+    plain = drape.connection.Connection._ask
+    monkeypatch.setattr("drape.connection.Connection._ask",
+                        lambda self, of, call, tries: asked.append(call.method) or plain(self, of, call, tries))
+    order = [7, 1199, 3, 500, 2, 0, 1, 900, 4]
+    some = session.attach(cloths.ids[order])
+    assert some.ids.tolist() == cloths.ids[order].tolist() and asked == ["ListCloths", "ListCloths"]
+    del asked[:]
+    assert session.attach(cloths.ids[[5, 3]]).ids.tolist() == cloths.ids[[5, 3]].tolist()
+    assert asked == ["GetCloth", "GetCloth"]
+    assert session.attach(cloths.ids[:9].tolist()).num == 9, "the first page is enough"
+    assert asked[2:] == ["ListCloths"]
+    del asked[:]
+    other = session.restore(cloths.snapshot())
+    assert other.num == 1200 and asked.count("GetCloth") == 0 and len(asked) < 10
+    with pytest.raises(drape.NotFound, match="no cloth 7 "):
+        session.attach([7, *cloths.ids[:20].tolist()])
+
+
 def test_the_lease_renews_itself(client):
     with client.session(ttl_s=1) as session:
         cloths = session.create(sheet())

@@ -1,4 +1,7 @@
 import asyncio
+import sys
+import threading
+import time
 
 import numpy as np
 import pytest
@@ -64,6 +67,65 @@ def test_refusals_are_errors_of_the_iteration(session, spec):
         next(frames)
     with pytest.raises(drape.InvalidArgument, match="ids"):
         cloths.run(ids=[])
+
+
+def opcodes_of(function):
+    """How many instructions of Python a call takes: more each time something is done for nothing, on any machine."""
+    count = 0
+
+    def trace(frame, event, _):
+        nonlocal count
+        frame.f_trace_opcodes, frame.f_trace_lines = True, False
+        count += event == "opcode"
+        return trace
+
+    before = sys.gettrace()
+    sys.settrace(trace)
+    try:
+        function()
+    finally:
+        sys.settrace(before)
+    return count
+
+
+def test_a_frame_costs_as_much_as_it_has_cloths(session):
+    costs = []
+    for count in (100, 400):
+        with session.create(sheet(2), count=count).frames() as frames:
+            chunks = [frames._read()]
+            costs.append(opcodes_of(lambda: frames._frame_of(chunks)))
+    assert costs[1] < 4 * costs[0]
+
+
+@pytest.mark.parametrize("leave", [
+    lambda cloths: next(iter(cloths.frames())),
+    lambda cloths: next(cloths.frames(every_frame=True)),
+    lambda cloths: next(cloths.run()),
+    lambda cloths: cloths.pipeline(depth=1).step(),
+    lambda cloths: next(cloths.frames(every_frame=True, max_hz=3)),  # refused: the stream has ended
+])
+def test_threads_end_with_what_is_dropped(session, spec, leave):
+    cloths = session.create(spec)
+    before = set(threading.enumerate())
+    for _ in range(3):
+        try:
+            leave(cloths)
+        except drape.InvalidArgument:
+            pass
+    end = time.monotonic() + 20
+    while not set(threading.enumerate()) <= before:
+        assert time.monotonic() < end, threading.enumerate()
+        time.sleep(0.01)
+
+
+def test_a_thread_ends_with_its_stream_although_somebody_has_it(session, spec):
+    before = set(threading.enumerate())
+    refused = session.create(spec).frames(every_frame=True, max_hz=3)
+    with pytest.raises(drape.InvalidArgument):
+        next(refused)
+    for thread in set(threading.enumerate()) - before:
+        thread.join(20)
+        assert not thread.is_alive()
 
 
 def test_large_frames_come_in_chunks(session):

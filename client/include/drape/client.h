@@ -38,8 +38,9 @@ struct TlsOptions {
 };
 
 // What a connection sends again by itself: requests that got no answer, if they change nothing,
-// have a request_id, or are Steps with expected_step or until_step and without controls and resets;
-// and requests of any kind to which the server answers with the time after which to ask again.
+// have a request_id, or are Steps with expected_step or until_step and without controls, resets and
+// loads; and requests of any kind to which the server answers with the time after which to ask
+// again.
 // Always within the limit of the request's time, and with the same request_id.
 struct RetryOptions {
   // How often a request is sent at most, >= 1. 1: nothing is sent again.

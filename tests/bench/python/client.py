@@ -3,8 +3,8 @@ and sheets of other simulators.
 
 Writes results/MACHINE.md and the tables beside it. With --quick: few calls, no other simulators, results printed only.
 With --case NAME: that comparison alone, printed only; `pictures` is one of pictures, `impulses` of steps that tell
-their impulses, `viewer` of windows of `drape.viewer`, `large` of large answers in one message and in chunks, `peers` of
-other simulators.
+their impulses, `large` of large answers in one message and in chunks, `peers` of other simulators. `viewer` (windows of
+`drape.viewer`) and `ray` (shards on Ray) also write their table into results/.
 """
 
 import argparse
@@ -201,6 +201,12 @@ def viewer(client):
     return rows
 
 
+def shards(is_quick):
+    from ray_shards import measure  # `./run bench python --case ray` installs Ray
+
+    return measure(is_quick)
+
+
 def of_peers(_=None):
     return peers.of_all(PEERS_PYTHON, server_cpu_s)
 
@@ -223,16 +229,20 @@ def write_csv(path, rows):
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--quick", action="store_true")
-    parser.add_argument("--case", choices=[*(case[0] for case in CASES), "pictures", "impulses", "viewer", "large", "peers"],
-                        default="")
+    parser.add_argument("--case", choices=[*(case[0] for case in CASES), "pictures", "impulses", "viewer", "large", "peers",
+                                             "ray"], default="")
     arguments = parser.parse_args()
     with drape.launch("cpu") as client:
         device = client.info.device
-        of_case = {"pictures": pictures, "impulses": impulses, "viewer": viewer, "large": large,
-                   "peers": of_peers}.get(arguments.case)
+        of_case = {"pictures": pictures, "impulses": impulses, "viewer": viewer, "large": large, "peers": of_peers,
+                   "ray": lambda _: shards(arguments.quick)}.get(arguments.case)
         clients = of_case(client) if of_case else compare(client, arguments.quick, arguments.case)
+    folder = pathlib.Path(__file__).with_name("results")
+    machine = re.sub(r"[^a-z0-9]+", "-", device.lower()).strip("-")
     if arguments.case:
         print(f"{device}; load average {os.getloadavg()[0]:.1f}\n\n{table(clients)}")
+        if arguments.case in ("viewer", "ray") and not arguments.quick:
+            write_csv(folder / f"{machine}_{arguments.case}.csv", clients)
         return 0
     envs = environments(arguments.quick)
     text = (f"# The Python client\n\nBy `./run bench python`; {device}; load average {os.getloadavg()[0]:.1f} (ratios are of\n"
@@ -244,9 +254,6 @@ def main():
     others = of_peers()
     text += "\n## Beside other simulators\n\n" + table(others)
     print(text)
-    folder = pathlib.Path(__file__).with_name("results")
-    folder.mkdir(exist_ok=True)
-    machine = re.sub(r"[^a-z0-9]+", "-", device.lower()).strip("-")
     write_csv(folder / f"{machine}_clients.csv", clients)
     write_csv(folder / f"{machine}_envs.csv", envs)
     write_csv(folder / f"{machine}_peers.csv", others)

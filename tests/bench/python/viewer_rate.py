@@ -22,15 +22,15 @@ def measure(batch, cpu_s):
     with Window([batch], port=port) as window, \
             connect(f"ws://127.0.0.1:{port}", subprotocols=[f"viser-v{viser.__version__}"], max_size=None) as reader:
         window.play.value = True
-        begin, sizes = time.monotonic(), []
-        while True:
+        begin, sizes, times = time.monotonic(), [], []
+        while not times or times[-1] < WARM_UP_S + MEASURED_S:
             size, now = len(reader.recv()), time.monotonic() - begin
-            if now < WARM_UP_S:
+            if size <= least_bytes or now < WARM_UP_S:
+                continue
+            if not times:
                 begin_cpu_s = cpu_s()
-            elif now > WARM_UP_S + MEASURED_S:
-                break
-            elif size > least_bytes:
-                sizes.append(size)
-        pictures = len(sizes)
-        return {"pictures_per_s": pictures / MEASURED_S, "kB": float(np.median(sizes)) / 1000,
+            sizes.append(size)
+            times.append(now)
+        pictures = len(times) - 1  # from the first one to the last one
+        return {"pictures_per_s": pictures / (times[-1] - times[0]), "kB": float(np.median(sizes)) / 1000,
                 "client_cpu_ms": 1e3 * (cpu_s() - begin_cpu_s) / pictures}

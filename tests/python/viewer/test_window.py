@@ -1,10 +1,13 @@
+import hashlib
+import queue
+import threading
 import time
 
 import numpy as np
 import pytest
 
 import drape
-from conftest import ROOT, sheet
+from conftest import ROOT, certificate_of, sheet
 from drape.viewer import Window
 from drape.viewer.__main__ import main
 
@@ -125,8 +128,56 @@ def test_wind_and_gravity_are_those_of_the_controls(session, free_port):
         assert list(cloths.describe(0).environment.gravity_m_per_s2) == [0, 2, 0]
 
 
-def test_the_command_line_says_what_is_wrong(capsys):
+@pytest.fixture(scope="module")
+def tenants(tmp_path_factory):
+    """A server that wants a token and a certificate of whoever comes: its address, and flags that satisfy it."""
+    folder = tmp_path_factory.mktemp("tenants")
+    certificate, key = certificate_of(folder, "alice")
+    (folder / "tokens").write_text(f"a {hashlib.sha256(b'abc').hexdigest()}\n")
+    (folder / "token").write_text("abc\n")
+    server = drape.private_server.PrivateServer("cpu", flags=[
+        f"--tls-cert={certificate}", f"--tls-key={key}", f"--tls-client-ca={certificate}", f"--token-file={folder / 'tokens'}"])
+    yield server.address, [f"--tls-ca={certificate}", f"--tls-cert={certificate}", f"--tls-key={key}"], folder / "token"
+    server.stop()
+
+
+@pytest.mark.parametrize("where", ["file", "environment"])
+def test_the_command_line_attaches_to_a_server_with_tenants(tenants, free_port, monkeypatch, capsys, where):
+    address, tls, token_file = tenants
+    certificate, own, key = (flag.partition("=")[2] for flag in tls)
+    token = [f"--token-file={token_file}"] if where == "file" else []
+    if where == "environment":
+        monkeypatch.setenv("DRAPE_TOKEN", "abc")
+    ends = queue.SimpleQueue()
+    with drape.connect(address, tls=certificate, certificate=(own, key), token="abc") as client, client.session() as session:
+        session.create(sheet())
+        arguments = [f"--server={address}", f"--session={session.name}", f"--port={free_port}", *tls, *token]
+        threading.Thread(target=lambda: ends.put(main(arguments)), daemon=True).start()
+        shown = ""
+        end = time.monotonic() + 30
+        while "look at http" not in shown:
+            assert ends.empty() and time.monotonic() < end, capsys.readouterr()
+            time.sleep(0.01)
+            shown += capsys.readouterr().out
+    assert ends.get(timeout=30) == 0, "the session is gone, so the window ends"
+
+
+@pytest.mark.parametrize("flags, words", [(3, "INVALID_TOKEN"), (1, "CANNOT_CONNECT")])
+def test_the_command_line_says_what_a_server_with_tenants_wants(tenants, monkeypatch, capsys, flags, words):
+    address, tls, _ = tenants
+    monkeypatch.delenv("DRAPE_TOKEN", raising=False)
+    assert main([f"--server={address}", "--session=x", *tls[:flags]]) == 1
+    assert words in capsys.readouterr().err
+
+
+def test_the_command_line_says_what_is_wrong(capsys, tmp_path):
     assert main(["/nowhere.json", "--backend=cpu"]) == 1
     assert "NO_SCENE_FILE" in capsys.readouterr().err
-    with pytest.raises(SystemExit):
-        main(["--session=x"])
+    (tmp_path / "empty").touch()
+    for path, words in ((tmp_path / "none", "cannot be read"), (tmp_path / "empty", "has no token")):
+        assert main(["--server=127.0.0.1:1", "--session=x", f"--token-file={path}"]) == 1
+        assert words in capsys.readouterr().err
+    for arguments in (["--session=x"], ["x.json", "--tls"], ["x.json", f"--token-file={tmp_path / 'empty'}"],
+                      ["--server=127.0.0.1:1", "--session=x", "--tls-cert=x"]):
+        with pytest.raises(SystemExit):
+            main(arguments)

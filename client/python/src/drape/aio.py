@@ -46,6 +46,10 @@ class _Connection(ConnectionBase):
         self.channel = (grpc.aio.insecure_channel(address, options) if secure is None
                         else grpc.aio.secure_channel(address, secure, options))
 
+    def open_stream(self, name, route):
+        """The grpc call of a method with streams both ways; requests are written to it."""
+        return self.call_of(name)(metadata=self.metadata_of(route))
+
     async def run(self, operation):
         try:
             call = operation.send(None)

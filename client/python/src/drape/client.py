@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from google.protobuf import wrappers_pb2
 
-from . import errors, v1
+from . import checks, errors, v1
 from ._version import __version__
 from .connection import HEALTH, Connection
 from .operations import Operation, Route, Unary, blocking
@@ -63,9 +63,9 @@ class ClientBase:
         Raises SessionLost, ResourceExhausted (TOO_MANY_SESSIONS).
         """
         if name is None:
-            message = yield Unary("CreateSession", v1.CreateSessionRequest(ttl_s=ttl_s, display_name=display_name))
+            message = yield Unary("CreateSession", checks.message(v1.CreateSessionRequest, ttl_s=ttl_s, display_name=display_name))
         else:
-            message = yield Unary("GetSession", v1.GetSessionRequest(name=name), Route(name))
+            message = yield Unary("GetSession", checks.message(v1.GetSessionRequest, name=name), Route(name))
         session = self._session_class(self, message, is_owner=name is None)
         self._open_sessions.add(session)
         return session

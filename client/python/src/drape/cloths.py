@@ -6,8 +6,9 @@ import uuid
 from typing import Any
 
 import numpy as np
+from google.protobuf.field_mask_pb2 import FieldMask
 
-from . import columns, errors, states, topology, v1
+from . import checks, columns, errors, masks, states, topology, v1
 from .controls import Controls
 from .operations import Operation, Reading, Unary, blocking
 from .pipeline import Pipeline
@@ -41,7 +42,7 @@ class ClothsBase(Controls):
     Not for several threads at once. Made by `Session.create` and `Session.attach`.
 
     ids: uint64[n], the names in the protocol. num: n. particles: rows of each cloth. shape: what the server built.
-    spec: a copy of the description; None if attached. origins: [n, 3] of the environments; None: all 0. step_count:
+    spec: the description, with what `update` has changed of all cloths; None if attached. origins: [n, 3] of the environments; None: all 0. step_count:
     uint64[n] completed steps. faulted: bool[n], stopped at the last good state until it is reset. timing: where the
     server spent the last step.
     """
@@ -55,7 +56,7 @@ class ClothsBase(Controls):
         self.shape = shape
         self.particles = shape.particles
         self.spec = None
-        if spec is not None:
+        if checks.of_kind("spec", spec, v1.ClothSpec) is not None:
             self.spec = v1.ClothSpec()
             self.spec.CopyFrom(spec)
         self.step_count = np.zeros(self.num, np.uint64)
@@ -92,10 +93,8 @@ class ClothsBase(Controls):
         if rows is not None and not len(rows):
             return self._nothing()
         wanted = states.view_of(view)
-        request = self._step_request(steps, wanted, report, rows, until, expected)
-        request.request_id = request_id
-        request.grip_states = grips or impulses
-        request.impulses = impulses
+        request = self._step_request(steps, wanted, report, rows, until, expected, request_id=request_id,
+                                     grip_states=grips or impulses, impulses=impulses)
         self._forget_states()  # also if the step fails: it may be done in part
         reader = self._reader_of(wanted, rows)
         if reader is None:
@@ -118,8 +117,8 @@ class ClothsBase(Controls):
         names = [name for name, is_wanted in (("positions", positions), ("velocities", velocities)) if is_wanted]
         if not names:
             raise errors.bad_field("positions", "ask for positions, velocities or both")
-        request = v1.ReadStatesRequest(session=self._session.name, view=v1.StateView(
-            positions=positions, velocities=velocities, particles=particles))
+        request = v1.ReadStatesRequest(session=self._session.name, view=checks.message(
+            v1.StateView, positions=positions, velocities=velocities, particles=particles))
         ids_list = self._ids_list(rows)
         columns.fill(request, {"cloth_ids": ids_list})
         given = out if isinstance(out, dict) else {"positions": out}
@@ -143,7 +142,7 @@ class ClothsBase(Controls):
         if rows is not None and not len(rows):
             return
         every = self._every(rows)
-        request = v1.ResetClothsRequest(session=self._session.name, overrides=overrides)
+        request = checks.message(v1.ResetClothsRequest, session=self._session.name, overrides=overrides)
         columns.fill(request, {"cloth_ids": self._ids_list(rows)})
         if transforms is not None:
             columns.fill(request, {"transforms": columns.shaped("transforms", transforms, (len(every), 7))})
@@ -163,11 +162,11 @@ class ClothsBase(Controls):
         if rows is not None and not len(rows):
             return
         every = self._every(rows)
-        request = v1.WriteStatesRequest(session=self._session.name, frame=v1.WriteStatesRequest.Frame.Value(frame))
+        request = checks.message(v1.WriteStatesRequest, session=self._session.name, frame=frame)
         columns.fill(request, {"cloth_ids": self._ids_list(rows)})
         for name, values in (("positions_m", positions), ("velocities_m_per_s", velocities)):
             if values is not None:
-                values = np.asarray(values)
+                values = columns.numbers(name, values)
                 dtype = np.float32 if values.dtype == np.float32 else np.float64
                 spread = columns.spread(name, values.astype(dtype), (len(every), self.particles, 3))
                 getattr(request, name).CopyFrom(states.pack(spread.reshape(-1, 3)))
@@ -181,7 +180,7 @@ class ClothsBase(Controls):
         rows = columns.rows_of(ids, self.num)
         if rows is not None and not len(rows):
             return
-        request = v1.SaveStatesRequest(session=self._session.name, name=name)
+        request = checks.message(v1.SaveStatesRequest, session=self._session.name, name=name)
         columns.fill(request, {"cloth_ids": self._ids_list(rows)})
         yield Unary("SaveStates", request, self._session._route)
         self._faulted_when_saved[name] = self.faulted.copy()
@@ -193,22 +192,24 @@ class ClothsBase(Controls):
         rows = columns.rows_of(ids, self.num)
         if rows is not None and not len(rows):
             return
-        request = v1.LoadStatesRequest(session=self._session.name, name=name)
+        request = checks.message(v1.LoadStatesRequest, session=self._session.name, name=name)
         columns.fill(request, {"cloth_ids": self._ids_list(rows)})
+        of = None if of is None else columns.indices("of", of, self.num)
         if of is not None:
-            columns.fill(request, {"saved_cloth_ids": self.ids[np.asarray(of, np.intp)].tolist()})
+            columns.fill(request, {"saved_cloth_ids": self.ids[of].tolist()})
         yield Unary("LoadStates", request, self._session._route)
         self._pending.drop(rows, self.num)
         self._forget_states()
         yield from self._read(particles=[0], ids=ids)  # which step they are at
         every = self._every(rows)
         known = self._faulted_when_saved.get(name)
-        self.faulted[every] = False if known is None else known[every if of is None else np.asarray(of, np.intp)]
+        self.faulted[every] = False if known is None else known[every if of is None else of]
 
     def _drop(self, name: str) -> Operation[None]:
         """Forgets what `save` kept by this name."""
+        request = checks.message(v1.DropStatesRequest, session=self._session.name, name=name)
         self._faulted_when_saved.pop(name, None)
-        yield Unary("DropStates", v1.DropStatesRequest(session=self._session.name, name=name), self._session._route)
+        yield Unary("DropStates", request, self._session._route)
 
     def _snapshot(self, ids=None) -> Operation[bytes]:
         """The cloths as bytes, with everything that they go on from; `session.restore` makes cloths of them, here or on
@@ -259,12 +260,14 @@ class ClothsBase(Controls):
         rows = columns.rows_of(ids, self.num)
         if rows is not None and not len(rows):
             return
-        request = v1.UpdateClothsRequest(session=self._session.name, spec=spec)
-        request.update_mask.paths.extend([paths] if isinstance(paths, str) else paths)
+        mask = checks.message(FieldMask, paths=[paths] if isinstance(paths, str) else paths)
+        request = checks.message(v1.UpdateClothsRequest, session=self._session.name, spec=spec, update_mask=mask)
         columns.fill(request, {"cloth_ids": self._ids_list(rows)})
         response = yield Unary("UpdateCloths", request, self._session._route)
         if rows is None:
             self.shape = response.shape
+            if self.spec is not None:
+                masks.merge(mask.paths, request.spec, self.spec)
 
     def _describe(self, row: int) -> Operation[v1.Cloth]:
         """Everything that the server tells about one cloth: settings, pins, poses of colliders, the reason of a
@@ -311,7 +314,7 @@ class ClothsBase(Controls):
         rows = columns.rows_of(ids, self.num)
         if rows is not None and not len(rows):
             raise errors.bad_field("ids", "nothing is selected")
-        request = v1.RenderRequest(session=self._session.name, **fields)
+        request = checks.message(v1.RenderRequest, session=self._session.name, **fields)
         columns.fill(request, {"cloth_ids": self._ids_list(rows)})
         return (yield Unary("Render", request, self._session._route, timeout_s))
 
@@ -348,14 +351,10 @@ class ClothsBase(Controls):
             return None
         return states.StepReader(self._ids_list(rows), per_cloth)
 
-    def _step_request(self, steps, view, report, rows, until, expected):
-        request = v1.StepRequest(session=self._session.name, report=report, view=view, expected_step=expected)
-        if until is None:
-            if steps < 1:
-                raise errors.bad_field("steps", f"{steps} is not >= 1")
-            request.steps = steps
-        else:
-            request.until_step = until
+    def _step_request(self, steps, view, report, rows, until, expected, **fields):
+        extent = {"until_step": until} if until is not None else {"steps": checks.whole("steps", steps, 1, 2**32 - 1)}
+        request = checks.message(v1.StepRequest, session=self._session.name, report=report, view=view,
+                                 expected_step=expected, **extent, **fields)
         columns.fill(request, {"cloth_ids": self._ids_list(rows)})
         self._pending.take(request, self.ids, rows, self.num)
         return request

@@ -2,12 +2,31 @@
 
 from __future__ import annotations
 
+import reprlib
+
 import numpy as np
 
-from . import errors
+from . import checks, errors
 
 _DOUBLE, _FIXED64 = 1, 6  # numbers of google.protobuf.FieldDescriptor.Type
 _DTYPES = {_DOUBLE: np.dtype("<f8"), _FIXED64: np.dtype("<u8")}
+
+
+def numbers(name, value, dtype=None):
+    """`value` as an array, of its own type or of `dtype`."""
+    try:
+        array = np.asarray(value, dtype)
+        if array.dtype.kind in "biuf":
+            return array
+    except (ValueError, TypeError, OverflowError):
+        pass
+    raise errors.bad_field(name, f"numbers are needed, in lists of equal lengths, got {reprlib.repr(value)}")
+
+
+def last_length(name, value):
+    """Of its last dimension; of a number 1."""
+    shape = numbers(name, value).shape
+    return shape[-1] if shape else 1
 
 
 def rows_of(ids, count):
@@ -15,7 +34,7 @@ def rows_of(ids, count):
     the end, as they are; a mask as the indices of its True. Nothing selected is an empty array, never everything."""
     if ids is None:
         return None
-    asked = np.asarray(ids)
+    asked = numbers("ids", ids)
     if asked.dtype == bool:
         if asked.shape != (count,):
             raise errors.bad_field("ids", f"a mask has the shape ({count},), got {asked.shape}")
@@ -35,13 +54,8 @@ def rows_of(ids, count):
 
 
 def shaped(name, value, shape):
-    """`value` as finite float64, spread to `shape`. Raises InvalidArgument with both shapes."""
-    try:
-        array = np.asarray(value, dtype=np.float64)
-        return np.broadcast_to(array, shape)
-    except (ValueError, TypeError) as error:
-        got = getattr(value, "shape", None) or np.shape(value)
-        raise errors.bad_field(name, f"has the shape {got}, which does not fit {tuple(shape)}") from error
+    """`value` as float64, spread to `shape`. Raises InvalidArgument with both shapes."""
+    return spread(name, numbers(name, value, np.float64), shape)
 
 
 def spread(name, array, shape):
@@ -52,17 +66,40 @@ def spread(name, array, shape):
         raise errors.bad_field(name, f"has the shape {array.shape}, which does not fit {tuple(shape)}") from error
 
 
-def whole(name, value, shape):
-    """`value` as indices >= 0, spread to `shape`."""
-    array = np.asarray(value)
-    if array.size and not np.issubdtype(array.dtype, np.integer):
+def _integers(name, value):
+    array = numbers(name, value)
+    if array.size and array.dtype.kind not in "iu":
         raise errors.bad_field(name, f"whole numbers are needed, got {array.dtype}")
+    return array
+
+
+def _naturals(name, value):
+    array = _integers(name, value)
     if array.size and array.min() < 0:
         raise errors.bad_field(name, f"{array.min()} is not >= 0")
-    try:
-        return np.broadcast_to(array.astype(np.int64), shape)
-    except ValueError as error:
-        raise errors.bad_field(name, f"has the shape {array.shape}, which does not fit {tuple(shape)}") from error
+    return array
+
+
+def whole(name, value, shape):
+    """`value` as indices >= 0, spread to `shape`."""
+    return spread(name, _naturals(name, value).astype(np.int64), shape)
+
+
+def cloth_ids(name, value):
+    """`value` as uint64[k], names in the protocol."""
+    if isinstance(value, (list, tuple)):  # numpy makes float64 of some ids that are above 2^63 and some below
+        value = np.array([checks.whole(name, cloth, 0, 2**64 - 1) for cloth in value], np.uint64)
+    array = np.atleast_1d(_naturals(name, value)).astype(np.uint64)
+    return spread(name, array, (array.size,))
+
+
+def indices(name, value, count):
+    """`value` as indices in a batch of `count` cloths, which may come more than once, and count from the end."""
+    array = _integers(name, value).astype(np.intp)
+    is_bad = (array < -count) | (array >= count)
+    if is_bad.any():
+        raise errors.bad_field(name, f"index {array[is_bad].flat[0]} is not one of the {count} cloths")
+    return array
 
 
 def _varint(value):
@@ -95,15 +132,34 @@ class Pending:
 
     def __init__(self):
         self._tables = {}
+        self._loaded = ""  # StepLoads.name of what waits
 
     def add(self, table, rows, columns):
         """`rows`: [r] indices of cloths; `columns`: name -> [r, ...]."""
         self._tables.setdefault(table, []).append((rows, columns))
 
+    def add_load(self, name, rows, columns):
+        """One name for all that wait."""
+        if "loads" in self._tables and name != self._loaded:
+            raise errors.bad_field("to", f"{name!r}, but cloths that wait for their next step go on from {self._loaded!r}: "
+                                         "step them first")
+        self._loaded = name
+        self.add("loads", rows, columns)
+
+    def add_reset(self, rows, columns):
+        """The same columns for all that wait."""
+        for _, waiting in self._tables.get("resets", ()):
+            if waiting.keys() != columns.keys():
+                raise errors.bad_field("transforms", "cloths that wait for their next step start with others of transforms and "
+                                                     "overrides: step them first")
+        self.add("resets", rows, columns)
+
     def take(self, request, ids, rows, count):
         """Moves the controls of `rows` (None: all) into `request`; those of other cloths go on waiting."""
         for table, of, columns in self._split(rows, count):
             fill(getattr(request, table), {"cloth_ids": ids[of], **columns})
+        if request.HasField("loads"):
+            request.loads.name = self._loaded
 
     def drop(self, rows, count):
         """Forgets the controls of `rows` (None: all)."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import pathlib
+import queue
 import time
 
 import grpc
@@ -11,7 +12,7 @@ import grpc.experimental
 from google.protobuf import wrappers_pb2
 from google.protobuf.message import Message
 
-from . import errors, memory, v1
+from . import checks, errors, memory, v1
 from .retries import Budget, Retries, Tries, give_id
 
 SESSION_HEADER = "x-drape-session"
@@ -25,12 +26,28 @@ _MAX_REQUEST_BYTES = 64 << 20
 _LOOPBACK = ("127.", "localhost:", "[::1]:")
 
 
+# As in the C++ client. Servers accept a ping every 10 s.
+KEEPALIVE_MS = 30_000
+KEEPALIVE_TIMEOUT_MS = 20_000
+# Between attempts to reach a server that is away: one that starts again takes a second or two.
+_FIRST_RECONNECT_MS = 100
+_RECONNECT_MS = 2_000
+
+
 def channel_options(address):
-    """For both kinds of channel: answers of any size, a connection of its own, no proxy to this machine."""
+    """For both kinds of channel: answers of any size, a connection of its own, no proxy to this machine; a host that has
+    vanished without a word is noticed while a call is under way."""
     options = [
         ("grpc.max_receive_message_length", -1),
         ("grpc.max_send_message_length", _MAX_REQUEST_BYTES),
         ("grpc.use_local_subchannel_pool", 1),
+        ("grpc.keepalive_time_ms", KEEPALIVE_MS),
+        ("grpc.keepalive_timeout_ms", KEEPALIVE_TIMEOUT_MS),
+        ("grpc.http2.ping_timeout_ms", KEEPALIVE_TIMEOUT_MS),  # what counts in younger versions of gRPC
+        # A long step sends nothing but pings; by default the third one would wait for something else to be sent.
+        ("grpc.http2.max_pings_without_data", 0),
+        ("grpc.initial_reconnect_backoff_ms", _FIRST_RECONNECT_MS),
+        ("grpc.max_reconnect_backoff_ms", _RECONNECT_MS),
     ]
     if address.startswith(_LOOPBACK):
         options.append(("grpc.enable_http_proxy", 0))
@@ -41,6 +58,8 @@ def _pem(name, given):
     """PEM bytes, or what a file of them holds."""
     if isinstance(given, bytes):
         return given
+    if not isinstance(given, (str, os.PathLike)):
+        raise errors.bad_field(name, f"{type(given).__name__} is neither PEM bytes nor the path of a file")
     try:
         return pathlib.Path(given).read_bytes()
     except OSError as error:
@@ -61,8 +80,8 @@ class ConnectionBase:
     """What both transports share. `server` is the private one, if any: it lives as long as the connection."""
 
     def __init__(self, address, timeout_s, server, token, retries):
-        self.address = address
-        self.timeout_s = timeout_s
+        self.address = checks.text("address", address)
+        self.timeout_s = checks.seconds("timeout_s", timeout_s)
         self.server = server
         self._retries = Retries(tries=1) if retries is None else retries
         self._budget = Budget(self._retries.budget)
@@ -70,7 +89,7 @@ class ConnectionBase:
         self.closed = False
         self._pid = os.getpid()
         self._calls = {}
-        self._secrets = () if token is None else (("authorization", f"Bearer {token}"),)
+        self._secrets = () if token is None else (("authorization", f"Bearer {checks.text('token', token)}"),)
         self._metadata = {}
         memory.keep_freed_blocks()
 
@@ -120,7 +139,7 @@ class ConnectionBase:
         of = self.call_of(call.method)
         if self._retries.request_ids:
             give_id(call.request)
-        timeout_s = self.timeout_s if call.timeout_s is None else call.timeout_s
+        timeout_s = self.timeout_s if call.timeout_s is None else checks.seconds("timeout_s", call.timeout_s)
         return of, Tries(self._retries, self._budget, call, timeout_s)
 
     def _sending(self, of, call, tries, request):
@@ -163,6 +182,15 @@ class Connection(ConnectionBase):
         secure = credentials(tls, certificate)
         self.channel = (grpc.insecure_channel(address, options) if secure is None
                         else grpc.secure_channel(address, secure, options))
+
+    def open_stream(self, name, route):
+        """The grpc call of a method with streams both ways, and the queue of its requests, which None ends. gRPC reads the
+        queue in a thread of its own, which ends with the call: closed, failed or collected."""
+        requests = queue.SimpleQueue()
+        call = self.call_of(name)(iter(requests.get, None), metadata=self.metadata_of(route))
+        if not call.add_callback(lambda: requests.put(None)):
+            requests.put(None)
+        return call, requests
 
     def run(self, operation):
         """Does the requests that `operation` yields; returns its result."""

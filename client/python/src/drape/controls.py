@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import functools
+
 import numpy as np
 
-from . import columns, errors, v1
+from . import checks, columns, errors, v1
 
 _GRIP_COLUMNS = {"particles": 0, "radii_m": 0.0, "over_s": 0.0}
 
@@ -13,6 +15,7 @@ class Controls:
     """Part of `Cloths`: controls go with the next step of their cloths, once."""
 
     num: int
+    ids: np.ndarray
 
     def move_pins(self, particles, targets, over_s=0.0, ids=None) -> None:
         """Moves pins in a straight line, from the start of the next step on.
@@ -45,9 +48,35 @@ class Controls:
             "scales": columns.shaped("scales", scales, (len(rows),)),
             "over_s": columns.shaped("over_s", over_s, (len(rows),))})
 
+    def restart(self, ids=None, *, transforms=None, overrides=None, to: str | None = None, of=None) -> None:
+        """Starts cloths again with their next step, as `reset` does, in the same request as that. to: they go on from what
+        `save` kept by this name, as `load` does with the same `of`, in place of transforms and overrides. Forgets controls
+        of theirs that wait; those that come after act after it. Cloths that wait at the same time have one `to`, and all
+        of them transforms, or overrides, or none. Errors come with the step: those of `reset` and `load`."""
+        rows = self._rows_or_all(ids)
+        count = len(rows)
+        if to is None:
+            if of is not None:
+                raise errors.bad_field("of", "goes with `to`")
+            given = {}
+            if transforms is not None:
+                given["transforms"] = columns.shaped("transforms", transforms, (count, 7))
+            if overrides is not None:
+                given["overrides"] = _overrides(overrides, count)
+            add = self._pending.add_reset
+        else:
+            if transforms is not None or overrides is not None:
+                raise errors.bad_field("to", "goes without transforms and overrides")
+            saved = rows if of is None else columns.spread("of", columns.indices("of", of, self.num), (count,))
+            given = {"saved_cloth_ids": self.ids[saved]}
+            add = functools.partial(self._pending.add_load, checks.message(v1.StepLoads, name=to).name)
+        if count:
+            self._pending.drop(rows, self.num)
+            add(rows, given)
+
     def _control(self, table, elements, ids, name, values):
         rows = self._rows_or_all(ids)
-        per_cloth = np.shape(elements)[-1] if np.ndim(elements) else 1
+        per_cloth = columns.last_length(name, elements)
         shape = (len(rows), per_cloth)
         flat = {name: columns.whole(name, elements, shape).reshape(-1)}
         for column, (value, width) in values.items():
@@ -71,7 +100,7 @@ class Controls:
         if (particles is None) == (nearest_to is None) or (nearest_to is None) != (radius_m is None):
             raise errors.bad_field("grip", "give particles, or nearest_to and radius_m")
         rows = self._rows_or_all(ids)
-        shape = (len(rows), np.shape(slots)[-1] if np.ndim(slots) else 1)
+        shape = (len(rows), columns.last_length("slots", slots))
         if particles is None:
             self._grips("GRAB_NEAREST", slots, rows, shape, places=nearest_to, radii_m=radius_m)
             return
@@ -86,13 +115,13 @@ class Controls:
         """Moves grips in a straight line to targets [m] [m, k, 3], each in its cloth's environment; slots and over_s as
         for `grip` and `move_pins`. No effect on open ones."""
         rows = self._rows_or_all(ids)
-        shape = (len(rows), np.shape(slots)[-1] if np.ndim(slots) else 1)
+        shape = (len(rows), columns.last_length("slots", slots))
         self._grips("HOLD", slots, rows, shape, places=targets, over_s=over_s)
 
     def release(self, slots, ids=None) -> None:
         """Opens grips; what they held keeps its velocity."""
         rows = self._rows_or_all(ids)
-        shape = (len(rows), np.shape(slots)[-1] if np.ndim(slots) else 1)
+        shape = (len(rows), columns.last_length("slots", slots))
         self._grips("RELEASE", slots, rows, shape, places=0.0)
 
     def _grips(self, action, slots, rows, shape, places, **values):
@@ -106,3 +135,13 @@ class Controls:
 
     def _origins_of(self, rows):
         return np.zeros((len(rows), 3)) if self.origins is None else self.origins[rows]
+
+
+def _overrides(overrides, count):
+    """[count] ClothOverrides as an array."""
+    message = checks.message(v1.StepResets, overrides=overrides)
+    if len(message.overrides) != count:
+        raise errors.bad_field("overrides", f"has {len(message.overrides)} elements, {count} are needed")
+    array = np.empty(count, object)
+    array[:] = list(message.overrides)
+    return array

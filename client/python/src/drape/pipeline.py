@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import collections
-import queue
 
 import grpc
 
-from . import columns, errors, states
+from . import checks, columns, errors, states
+
+_MOST_UNDER_WAY = 16  # requests of a stream that the server takes
 
 
 class PipelineBase:
@@ -19,17 +20,13 @@ class PipelineBase:
     """
 
     def __init__(self, cloths, depth):
-        if not 1 <= depth <= 16:
-            raise errors.bad_field("depth", f"{depth} is not within 1 and 16")
         self._cloths = cloths
-        self._depth = depth
+        self._depth = checks.whole("depth", depth, 1, _MOST_UNDER_WAY)
         self._under_way = collections.deque()
-        connection = cloths._connection
-        self._answers = connection.call_of("StepStream")(
-            *self._requests_of_the_call(), metadata=connection.metadata_of(cloths._session._route))
+        self._answers = self._open_call()
 
-    def _requests_of_the_call(self):
-        return ()
+    def _open_call(self):
+        return self._cloths._connection.open_stream("StepStream", self._cloths._session._route)
 
     def _prepare(self, steps, view, report, ids):
         """The request of a step, noted as under way."""
@@ -88,9 +85,9 @@ class Pipeline(PipelineBase):
         self._answers.cancel()
         self._give_up()
 
-    def _requests_of_the_call(self):
-        self._requests = queue.SimpleQueue()
-        return (iter(self._requests.get, None),)
+    def _open_call(self):
+        call, self._requests = super()._open_call()
+        return call
 
     def _next(self):
         answer = None

@@ -14,7 +14,7 @@ import threading
 import time
 import weakref
 
-from . import errors
+from . import checks, errors
 
 _DRAIN_S = 8  # for unfinished work before SIGKILL; nobody waits for its answer
 _POLL_S = 0.005
@@ -60,6 +60,9 @@ class PrivateServer:
     """A `draped` of this process. Ready when the constructor returns."""
 
     def __init__(self, backend="auto", program=None, flags=(), ready_timeout_s=60):
+        if isinstance(flags, str) or not all(isinstance(flag, str) for flag in flags):
+            raise errors.bad_field("flags", f"a list of texts is needed, got {flags!r}")
+        checks.seconds("ready_timeout_s", ready_timeout_s)
         self._pid = os.getpid()
         self._log = tempfile.TemporaryFile()
         program = find_server(program)

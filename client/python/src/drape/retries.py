@@ -14,7 +14,7 @@ from . import errors
 _IDEMPOTENT = frozenset(("GetServerInfo", "Check", "GetSession", "ListSessions", "RenewSession", "GetCloth", "ListCloths",
                          "ReadStates", "ReadTopology", "Render", "ExportCloths"))
 # Parts of a Step that would be applied once more, whatever its guards say.
-_APPLIED = ("pin_controls", "rest_length_controls", "rest_length_scales", "collider_controls", "grip_controls", "resets")
+_APPLIED = ("pin_controls", "rest_length_controls", "rest_length_scales", "collider_controls", "grip_controls", "resets", "loads")
 # As gRPC throttles its own retries (A6): an answer makes up for a tenth of a failure.
 _REFILL = 0.1
 # Pauses are longer or shorter by up to this part, so that clients of one server do not all come back at once.

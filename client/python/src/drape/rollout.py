@@ -6,9 +6,10 @@ import functools
 
 import numpy as np
 
-from . import columns, errors, states
+from . import checks, columns, errors, states
 
 _IN_FLIGHT = 4
+_MOST_ROWS = 2**31 - 1
 
 
 def rollout(self, nstep: int, *, steps: int = 1, pins=None, pin_targets=None, colliders=None, collider_positions=None,
@@ -21,7 +22,7 @@ def rollout(self, nstep: int, *, steps: int = 1, pins=None, pin_targets=None, co
     Returns a dict: what the view asks for, e.g. "positions" [n, nstep, particles, 3] or "coverage" [n, nstep] (see
     `Answer`), "step_count", "time_s" and "faulted" [n, nstep].
     """
-    moves = _moves_of(self, nstep, steps, pins, pin_targets, colliders, collider_positions)
+    moves = self._connection.run(_moves_of(self, nstep, steps, pins, pin_targets, colliders, collider_positions))
     rows = _Rows(nstep, out)
     with self.pipeline(_IN_FLIGHT) as stream:
         for row in _shown(nstep, progress):
@@ -35,7 +36,7 @@ def rollout(self, nstep: int, *, steps: int = 1, pins=None, pin_targets=None, co
 @functools.wraps(rollout)
 async def awaited_rollout(self, nstep, *, steps=1, pins=None, pin_targets=None, colliders=None, collider_positions=None,
                           view=states.POSITIONS, out=None, progress=False):
-    moves = _moves_of(self, nstep, steps, pins, pin_targets, colliders, collider_positions)
+    moves = await self._connection.run(_moves_of(self, nstep, steps, pins, pin_targets, colliders, collider_positions))
     rows = _Rows(nstep, out)
     async with self.pipeline(_IN_FLIGHT) as stream:
         for row in _shown(nstep, progress):
@@ -47,26 +48,29 @@ async def awaited_rollout(self, nstep, *, steps=1, pins=None, pin_targets=None, 
 
 
 def _moves_of(cloths, nstep, steps, pins, pin_targets, colliders, collider_positions):
-    """(method, elements, targets [n, nstep, k, 3], time of a row) of every control that is asked for."""
-    moves = []
-    for name, elements, targets, control in (
-            ("pin_targets", pins, pin_targets, cloths.move_pins),
-            ("collider_positions", colliders, collider_positions, cloths.move_colliders)):
+    """(method, elements, targets [n, nstep, k, 3], times of a row [n, 1]) of every control that is asked for."""
+    checks.whole("nstep", nstep, 0, _MOST_ROWS)
+    checks.whole("steps", steps, 1, 2**32 - 1)
+    moves, over_s = [], None
+    for kind, elements, name, targets, control in (
+            ("pins", pins, "pin_targets", pin_targets, cloths.move_pins),
+            ("colliders", colliders, "collider_positions", collider_positions, cloths.move_colliders)):
         if (elements is None) != (targets is None):
             raise errors.bad_field(name, "elements and their targets go together")
         if elements is not None:
-            targets = columns.shaped(name, targets, (cloths.num, nstep, len(elements), 3))
-            moves.append((control, elements, targets, _row_s(cloths, steps)))
+            shape = (cloths.num, nstep, columns.last_length(kind, elements), 3)
+            over_s = (yield from _row_s(cloths, steps)) if over_s is None else over_s
+            moves.append((control, elements, columns.shaped(name, targets, shape), over_s))
     return moves
 
 
 def _row_s(cloths, steps):
-    """Time of a row, so that a target is reached at its end: within one step, or over all of them."""
+    """Time of a row, so that a target is reached at its end: within one step, or over all of them. The server knows the
+    time steps: whoever attached a batch does not, and others may have changed them."""
     if steps == 1:
         return 0.0
-    if cloths.spec is not None and cloths.spec.settings.HasField("time_step_s"):
-        return steps * cloths.spec.settings.time_step_s
-    return steps / 60
+    found = yield from cloths._session._described(cloths._all_ids)
+    return steps * np.array([[cloth.settings.time_step_s] for cloth in found.values()])
 
 
 def _shown(nstep, progress):

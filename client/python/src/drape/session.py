@@ -8,11 +8,12 @@ from typing import Any
 
 import numpy as np
 
-from . import columns, errors, states, v1
+from . import checks, columns, errors, states, v1
 from .cloths import Cloths
 from .operations import Operation, Route, Unary, blocking
 
 _RENEWALS_PER_LEASE = 3  # two may be lost
+_MOST_ASKED_ALONE = 8  # more cloths are listed, up to 1000 in one request
 _PIECE_BYTES = 4 << 20  # of a message to the server
 _LAST_CALL_S = 2.0  # for a session that is deleted because nobody uses it: a dead server must not hold the program up
 
@@ -49,21 +50,24 @@ class SessionBase:
         are stepped together with them (`step`). request_id: a repetition with the same id gets the same cloths.
         Raises InvalidArgument, ResourceExhausted.
         """
-        request = v1.CreateClothsRequest(session=self.name, spec=spec, count=count, overrides=overrides, world=world,
-                                         request_id=request_id)
+        request = checks.message(v1.CreateClothsRequest, session=self.name, spec=spec, count=count,
+                                 overrides=overrides, world=world, request_id=request_id)
         if origins is not None:
             origins = columns.shaped("origins", origins, (count, 3)).copy()
             columns.fill(request, {"environment_origins_m": origins})
         if transforms is not None:
             columns.fill(request, {"transforms": columns.shaped("transforms", transforms, (count, 7))})
         response = yield Unary("CreateCloths", request, self._route, timeout_s)
-        return self._cloths_class(self, response.cloth_ids, response.shape, spec, origins)
+        return self._cloths_class(self, response.cloth_ids, response.shape, request.spec, origins)
 
     def _step(self, batches, steps: int = 1, *, report: bool = False, expected: int | None = None,
               timeout_s: float | None = None) -> Operation[list[states.Answer]]:
         """Steps several `Cloths` of the session in one request, as the cloths of one world must be. An answer for each
         of them, without states. Arguments and errors as of `Cloths.step`; FailedPrecondition (WORLD_INCOMPLETE)."""
         requests = [cloths._step_request(steps, None, report, None, None, expected) for cloths in batches]
+        names = {request.loads.name for request in requests if request.HasField("loads")}
+        if len(names) > 1:
+            raise errors.bad_field("to", f"cloths of one step go on from one name, got {sorted(names)}")
         together = v1.StepRequest()
         for request in requests:
             together.MergeFrom(request)
@@ -83,15 +87,12 @@ class SessionBase:
     def _attach(self, ids=None, spec: v1.ClothSpec | None = None) -> Operation[Cloths]:
         """Cloths that exist already. ids: their names in the protocol; None: all of the session. They must have equally
         many particles. spec: their description, if known, for who asks the batch for it."""
+        checks.of_kind("spec", spec, v1.ClothSpec)
         if ids is None:
             listed = yield from self._list()
             found = {cloth.id: cloth for cloth in listed}
-            ids = list(found)
         else:
-            found = {}
-            for cloth in np.atleast_1d(np.asarray(ids, np.uint64)).tolist():
-                found[cloth] = yield Unary("GetCloth", v1.GetClothRequest(session=self.name, cloth_id=cloth),
-                                           self._route)
+            found = yield from self._described(columns.cloth_ids("ids", ids).tolist())
         if not found:
             raise errors.FailedPrecondition("the session has no cloths", reason="NO_CLOTHS")
         sizes = {cloth.shape.particles for cloth in found.values()}
@@ -109,21 +110,39 @@ class SessionBase:
         accept a snapshot of another build, backend or device, whose cloths go on with other bits. spec: see `attach`.
         request_id: a repetition with the same id and snapshot gets the same cloths.
         Raises InvalidArgument (SNAPSHOT_DAMAGED), FailedPrecondition (OTHER_BUILD, SNAPSHOT_TOO_NEW)."""
-        begin = v1.ImportClothsRequest.Begin(session=self.name, inexact=inexact, total_bytes=len(snapshot),
-                                              request_id=request_id)
+        if not isinstance(snapshot, (bytes, bytearray, memoryview)):
+            raise errors.bad_field("snapshot", f"{type(snapshot).__name__} is not bytes")
+        checks.of_kind("spec", spec, v1.ClothSpec)
+        snapshot = bytes(snapshot)
+        begin = checks.message(v1.ImportClothsRequest.Begin, session=self.name, inexact=inexact,
+                               total_bytes=len(snapshot), request_id=request_id)
         response = yield Unary("ImportCloths", _Import(begin, snapshot), self._route)
         return (yield from self._attach(list(response.cloth_ids), spec))
 
     def _list(self) -> Operation[list[v1.Cloth]]:
         """Every cloth of the session, in order of creation."""
+        return (yield from self._listed(lambda cloth: True, None))
+
+    def _listed(self, is_wanted, count):
+        """The cloths that are wanted, `count` at most (None: all)."""
         cloths, token = [], ""
         while True:
             page = yield Unary("ListCloths", v1.ListClothsRequest(session=self.name, page_size=1000, page_token=token),
                                self._route)
-            cloths.extend(page.cloths)
+            cloths.extend(cloth for cloth in page.cloths if is_wanted(cloth))
             token = page.next_page_token
-            if not token:
+            if not token or len(cloths) == count:
                 return cloths
+
+    def _described(self, ids):
+        """id -> Cloth, in this order. Raises NotFound for what is not there."""
+        found, wanted = {}, set(ids)
+        if len(wanted) > _MOST_ASKED_ALONE:
+            listed = yield from self._listed(lambda cloth: cloth.id in wanted, len(wanted))
+            found = {cloth.id: cloth for cloth in listed}
+        for cloth in wanted - found.keys():
+            found[cloth] = yield Unary("GetCloth", v1.GetClothRequest(session=self.name, cloth_id=cloth), self._route)
+        return {cloth: found[cloth] for cloth in ids}
 
     def _renew(self) -> Operation[None]:
         """Extends the lease to its full length, as every request does."""

@@ -250,6 +250,8 @@ class StateReader(_Chunks):
             array = out.get(name)
             if array is None:
                 array = np.empty(shape, dtype)
+            elif not isinstance(array, np.ndarray):
+                raise errors.bad_field(f"out[{name}]", f"must be an array, got {type(array).__name__}")
             elif array.shape != shape or array.dtype != dtype or not array.flags.writeable:
                 raise errors.bad_field(f"out[{name}]", f"must be a writeable {dtype} array of shape {shape}, got "
                                                        f"{array.dtype} of shape {array.shape}")

@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import dataclasses
-import queue
 
 import grpc
 import numpy as np
 
-from . import columns, errors, states, v1
+from . import checks, columns, errors, states, v1
 
 
 @dataclasses.dataclass
@@ -29,15 +28,14 @@ class _StreamBase:
         self._cloths = cloths
         self._connection = cloths._connection
         self._first = self._begin(*options)
-        self._call = self._connection.call_of(self._method)(
-            *self._requests_of_the_call(), metadata=self._connection.metadata_of(cloths._session._route))
+        self._call = self._open_call()
 
     def _begin(self, *options):
         """The first message."""
         raise NotImplementedError
 
-    def _requests_of_the_call(self):
-        return ()
+    def _open_call(self):
+        return self._connection.open_stream(self._method, self._cloths._session._route)
 
 
 class FramesBase(_StreamBase):
@@ -49,8 +47,8 @@ class FramesBase(_StreamBase):
     def _begin(self, every, max_hz, every_frame, velocities, queue_frames, queue_bytes):
         kind = v1.StreamStatesRequest
         self._gives_credit = not every_frame
-        return kind(subscribe=kind.Subscribe(
-            session=self._cloths._session.name, cloth_ids=self._cloths._all_ids, every_n_steps=every, max_hz=max_hz,
+        return kind(subscribe=checks.message(
+            kind.Subscribe, session=self._cloths._session.name, cloth_ids=self._cloths._all_ids, every_n_steps=every, max_hz=max_hz,
             view=states.POSITIONS_AND_VELOCITIES if velocities else states.POSITIONS,
             delivery=kind.EVERY_FRAME if every_frame else kind.LATEST, initial_credit=0 if every_frame else 2,
             max_queued_frames=queue_frames, max_queued_bytes=queue_bytes))
@@ -66,13 +64,9 @@ class FramesBase(_StreamBase):
         reader = states.StateReader(ids, cloths.particles, names, cloths._session.dtype, {})
         for chunk in chunks:
             reader.sink(chunk)
-        rows = np.array([self._row_of[cloth] for cloth in ids], np.intp)
+        rows = np.array([cloths._row_of[cloth] for cloth in ids], np.intp)
         return Frame(rows, reader.step_count, reader.time_s, **reader.arrays, number=chunks[0].frame,
                      dropped=sum(chunk.frames_dropped for chunk in chunks))
-
-    @property
-    def _row_of(self):
-        return {cloth: k for k, cloth in enumerate(self._cloths._all_ids)}
 
 
 class RunBase(_StreamBase):
@@ -88,8 +82,8 @@ class RunBase(_StreamBase):
             raise errors.bad_field("ids", "nothing is selected")
         chosen = cloths._all_ids if rows is None else [cloths._all_ids[k] for k in rows]
         cloths._forget_states()
-        start = v1.RunRequest.Start(
-            session=cloths._session.name, cloth_ids=chosen, unpaced=hz == float("inf"),
+        start = checks.message(
+            v1.RunRequest.Start, session=cloths._session.name, cloth_ids=chosen, unpaced=hz == float("inf"),
             steps_hz=0 if hz is None or hz == float("inf") else hz, max_steps=max_steps, max_behind_s=max_behind_s,
             report_interval_s=report_every_s, expected_step=expected)
         return v1.RunRequest(start=start)
@@ -98,10 +92,10 @@ class RunBase(_StreamBase):
 class _Blocking:
     """What the streams that wait have in common."""
 
-    def _requests_of_the_call(self):
-        self._requests = queue.SimpleQueue()
+    def _open_call(self):
+        call, self._requests = self._connection.open_stream(self._method, self._cloths._session._route)
         self._requests.put(self._first)
-        return (iter(self._requests.get, None),)
+        return call
 
     def close(self) -> None:
         """Ends it, at once. May be called again."""

@@ -12,6 +12,7 @@ import viser
 
 from drape import errors, v1
 from drape.viewer.drawing import Drawing
+from drape.viewer.pace import Pace
 
 _FRAME_S = 1 / 30
 _COLOURINGS = ("cloth", "strain", "speed")
@@ -145,7 +146,7 @@ class Window:
     # --- the loop
 
     def _loop(self):
-        owed_s, last = 0.0, time.monotonic()
+        owed_s, last, pace = 0.0, time.monotonic(), Pace(_FRAME_S)
         while not self._closing.is_set():
             begin = time.monotonic()
             runs = self.play.value or self._pulled is not None or not self._drags.empty()
@@ -160,7 +161,7 @@ class Window:
                 self.status.content = f"**{error}**"
                 if isinstance(error, (errors.SessionLost, errors.Unavailable)):
                     return
-            self._closing.wait(max(0.0, _FRAME_S - (time.monotonic() - begin)))
+            self._closing.wait(pace.left_s(time.monotonic()))
 
     def _steps_now(self, playing):
         steps, self._steps_asked = max(playing, 0) + self._steps_asked, 0

@@ -1,0 +1,88 @@
+"""Arguments that cannot be sent: an InvalidArgument with the field, its value and what is legal, in place of what
+protobuf, numpy or gRPC would raise. What can be sent, the server checks."""
+
+from __future__ import annotations
+
+import operator
+import reprlib
+
+from google.protobuf.descriptor import FieldDescriptor
+
+from . import errors
+
+_WHOLE = {FieldDescriptor.CPPTYPE_INT32: (-2**31, 2**31 - 1), FieldDescriptor.CPPTYPE_INT64: (-2**63, 2**63 - 1),
+          FieldDescriptor.CPPTYPE_UINT32: (0, 2**32 - 1), FieldDescriptor.CPPTYPE_UINT64: (0, 2**64 - 1)}
+_REPEATED = 3  # FieldDescriptor.LABEL_REPEATED; younger versions of protobuf have is_repeated instead
+
+
+def message(kind, **fields):
+    """A message of these fields. Fields that are None are unset."""
+    try:
+        return kind(**fields)
+    except (TypeError, ValueError) as error:
+        for name, value in fields.items():
+            try:
+                kind(**{name: value})
+            except (TypeError, ValueError):
+                raise _not_legal(kind.DESCRIPTOR, name, value) from error
+        raise
+
+
+def of_kind(name, value, kind):
+    """`value`, a message of this kind, or None."""
+    if value is not None and not isinstance(value, kind):
+        raise errors.bad_field(name, f"{reprlib.repr(value)} is not a {kind.DESCRIPTOR.name}")
+    return value
+
+
+def whole(name, value, low, high):
+    """`value` as an int in [low, high]."""
+    try:
+        number = operator.index(value)
+    except TypeError:
+        number = None
+    if number is None or not low <= number <= high:
+        raise errors.bad_field(name, f"{reprlib.repr(value)} is not a whole number in [{low}, {high}]")
+    return number
+
+
+def seconds(name, value):
+    """None, or `value` as a float > 0."""
+    try:
+        if value is None or float(value) > 0:
+            return None if value is None else float(value)
+    except (TypeError, ValueError):
+        pass
+    raise errors.bad_field(name, f"{reprlib.repr(value)} is not a number of seconds > 0, nor None")
+
+
+def text(name, value):
+    """`value`, a str that can be a header."""
+    if not isinstance(value, str) or not value.isascii() or not value.isprintable():
+        raise errors.bad_field(name, f"{reprlib.repr(value)} is not a text of printable ASCII")
+    return value
+
+
+def _not_legal(descriptor, name, value):
+    field = descriptor.fields_by_name.get(name)
+    if field is None:
+        return errors.bad_field(name, f"{descriptor.name} has no such field")
+    is_repeated = field.is_repeated if hasattr(field, "is_repeated") else field.label == _REPEATED
+    return errors.bad_field(name, f"{reprlib.repr(value)} is not {_what(field, is_repeated)}")
+
+
+def _what(field, is_list):
+    if field.enum_type is not None:
+        names = ", ".join(value.name for value in field.enum_type.values if not value.name.endswith("UNSPECIFIED"))
+        return f"a list of some of {names}" if is_list else f"one of {names}"
+    if field.cpp_type in _WHOLE:
+        low, high = _WHOLE[field.cpp_type]
+        one, many = f"a whole number in [{low}, {high}]", f"whole numbers in [{low}, {high}]"
+    elif field.message_type is not None:
+        one, many = f"a {field.message_type.name}", f"{field.message_type.name} messages"
+    else:
+        one, many = {FieldDescriptor.CPPTYPE_BOOL: ("True or False", "bools"),
+                     FieldDescriptor.CPPTYPE_STRING: ("a text", "texts")}.get(field.cpp_type, ("a number", "numbers"))
+        if field.type == FieldDescriptor.TYPE_BYTES:
+            one, many = "bytes", "bytes"
+    return f"a list of {many}" if is_list else one

@@ -1,0 +1,97 @@
+import re
+
+import numpy as np
+import pytest
+
+import drape
+from conftest import sheet
+from drape import checks, masks, v1
+
+WRONG = [
+    (lambda c, s: s.step(1.5), "steps: 1.5 is not a whole number in [1, 4294967295]"),
+    (lambda c, s: s.step("a"), "steps: 'a' is not"),
+    (lambda c, s: s.step(np.array([1.0])), "steps: array([1.]) is not"),
+    (lambda c, s: s.step(1 << 40), "steps: 1099511627776 is not"),
+    (lambda c, s: s.step(until=-1), "until_step: -1 is not a whole number in [0, 18446744073709551615]"),
+    (lambda c, s: s.step(expected=1.5), "expected_step: 1.5 is not"),
+    (lambda c, s: s.step(report="yes"), "report: 'yes' is not True or False"),
+    (lambda c, s: s.step(request_id=3), "request_id: 3 is not a text"),
+    (lambda c, s: s.step(timeout_s=-1), "timeout_s: -1 is not a number of seconds > 0"),
+    (lambda c, s: s.step(timeout_s="soon"), "timeout_s: 'soon' is not"),
+    (lambda c, s: s.step(ids=[[0], [0, 1]]), "ids: numbers are needed, in lists of equal lengths"),
+    (lambda c, s: s.step(ids="all"), "ids: numbers are needed"),
+    (lambda c, s: s._session.create(sheet(), -1), "count: -1 is not a whole number in [0, 4294967295]"),
+    (lambda c, s: s._session.create({"grid": 1}), "spec: {'grid': 1} is not a ClothSpec"),
+    (lambda c, s: s._session.create(sheet(), overrides=[3]), "overrides: [3] is not a list of ClothOverride messages"),
+    (lambda c, s: s._session.create(sheet(), origins="here"), "origins: numbers are needed"),
+    (lambda c, s: s._session.create(sheet(), world=b"\xff"), r"world: b'\xff' is not a text"),
+    (lambda c, s: s._session.attach([-1]), "ids: -1 is not a whole number in [0, 18446744073709551615]"),
+    (lambda c, s: s._session.attach([0.5]), "ids: 0.5 is not"),
+    (lambda c, s: s._session.attach(s.ids, spec="sheet"), "spec: 'sheet' is not a ClothSpec"),
+    (lambda c, s: s._session.restore("abc"), "snapshot: str is not bytes"),
+    (lambda c, s: s._session.restore(b"abc", spec=3), "spec: 3 is not a ClothSpec"),
+    (lambda c, s: s.write("abc"), "positions_m: numbers are needed, in lists of equal lengths, got 'abc'"),
+    (lambda c, s: s.write(np.zeros((3, 36, 3)), frame="HERE"), "frame: 'HERE' is not one of WORLD, ENVIRONMENT"),
+    (lambda c, s: s.read(particles=[-1]), "particles: [-1] is not a list of whole numbers in [0, 4294967295]"),
+    (lambda c, s: s.read(out=[1, 2]), "out[positions]: must be an array, got list"),
+    (lambda c, s: s.save(3), "name: 3 is not a text"),
+    (lambda c, s: s.load("a", of=[9]), "of: index 9 is not one of the 3 cloths"),
+    (lambda c, s: s.load("a", of=[0.5]), "of: whole numbers are needed, got float64"),
+    (lambda c, s: s.reset(overrides=3), "overrides: 3 is not a list of ClothOverride messages"),
+    (lambda c, s: s.update(sheet(), 3), "paths: 3 is not a list of texts"),
+    (lambda c, s: s.update(3, ["pins"]), "spec: 3 is not a ClothSpec"),
+    (lambda c, s: s.move_pins([[0], [0, 1]], 0), "particles: numbers are needed"),
+    (lambda c, s: s.grip("left", particles=[0]), "slots: numbers are needed"),
+    (lambda c, s: s.render("wide"), "width_px: 'wide' is not a whole number in [0, 4294967295]"),
+    (lambda c, s: s.render(colour="red"), "colour: RenderRequest has no such field"),
+    (lambda c, s: s.render(colouring="RED"), "colouring: 'RED' is not one of "),
+    (lambda c, s: s.pipeline(2.5), "depth: 2.5 is not a whole number in [1, 16]"),
+    (lambda c, s: s.frames(every=-1), "every_n_steps: -1 is not"),
+    (lambda c, s: s.run(hz="fast"), "steps_hz: 'fast' is not a number"),
+    (lambda c, s: s.rollout(-1), "nstep: -1 is not"),
+    (lambda c, s: s.rollout(2, steps=0), "steps: 0 is not"),
+    (lambda c, s: s.rollout(2, pins="0", pin_targets=[0, 0, 0]), "pins: numbers are needed"),
+    (lambda c, s: c.session(ttl_s="long"), "ttl_s: 'long' is not a number"),
+    (lambda c, s: c.session(name=3), "name: 3 is not a text"),
+    (lambda c, s: drape.connect(None), "address: None is not a text of printable ASCII"),
+    (lambda c, s: drape.connect(c.address, token="a\n"), "token: 'a\\n' is not a text of printable ASCII"),
+    (lambda c, s: drape.connect(c.address, timeout_s=0), "timeout_s: 0 is not a number of seconds > 0"),
+    (lambda c, s: drape.connect(c.address, tls=3.5), "tls: float is neither PEM bytes nor the path of a file"),
+    (lambda c, s: drape.launch("cpu", flags="--threads=1"), "flags: a list of texts is needed, got '--threads=1'"),
+    (lambda c, s: drape.launch("cpu", ready_timeout_s="1 s"), "ready_timeout_s: '1 s' is not"),
+]
+
+
+@pytest.mark.parametrize("ask, words", WRONG, ids=lambda value: value.split(":")[0] if isinstance(value, str) else "")
+def test_what_cannot_be_sent_is_refused_by_field_value_and_range(client, session, ask, words):
+    cloths = session.create(sheet(max_grips=1), count=3)
+    with pytest.raises(drape.InvalidArgument, match=re.escape(words)) as caught:
+        ask(client, cloths)
+    assert caught.value.fields[0].field == words.split(":")[0] and caught.value.reason == "BAD_FIELD"
+    assert cloths.step().step_count.tolist() == [1, 1, 1] and len(session.list()) == 3
+
+
+def test_numbers_of_numpy_are_numbers(session):
+    cloths = session.create(sheet(), np.int32(2))
+    assert cloths.step(np.uint8(3), until=None, expected=np.int64(0), timeout_s=np.float32(9)).step_count.tolist() == [3, 3]
+    assert session.attach([int(cloth) for cloth in cloths.ids]).num == 2
+
+
+def test_a_message_is_that_of_protobuf():
+    message = checks.message(v1.StepRequest, session="s", steps=2, expected_step=None)
+    assert message == v1.StepRequest(session="s", steps=2) and not message.HasField("expected_step")
+    assert checks.whole("x", True, 0, 1) == 1
+
+
+def test_ids_beyond_the_doubles_are_kept():
+    ids = [2**63 + 1, 5]
+    assert drape.columns.cloth_ids("ids", ids).tolist() == ids
+    assert drape.columns.cloth_ids("ids", np.array(ids, np.uint64)).tolist() == ids
+
+
+def test_a_mask_takes_what_it_names():
+    source = v1.ClothSpec(pins=[v1.Pin(particle=3)], material=v1.Material(air_drag=0.5))
+    target = v1.ClothSpec(pins=[v1.Pin(particle=1), v1.Pin(particle=2)], material=v1.Material(air_drag=1, air_lift=2),
+                          settings=v1.StepSettings(substeps=3), max_grips=2)
+    masks.merge(["pins", "material.air_drag", "settings"], source, target)
+    assert target == v1.ClothSpec(pins=[v1.Pin(particle=3)], material=v1.Material(air_drag=0.5, air_lift=2), max_grips=2)
