@@ -16,10 +16,10 @@ struct Waiter {
   int64_t deadline_us = std::numeric_limits<int64_t>::max();  // as Caller's
 };
 
-// Calls `build` exactly once, on a builder thread: with OK, or with the reason not to build:
-// CANCELLED (the client has gone, or its deadline has passed) or UNAVAILABLE (DRAINING); once more,
-// with RESOURCE_EXHAUSTED (DEVICE_MEMORY), if there was no memory for what it did. After an error
-// `build` is never called: RESOURCE_EXHAUSTED (BUILD_QUEUE_FULL, with retry_after).
+// Calls `build` on a builder thread: with OK, or with the reason not to build: CANCELLED (the
+// client has gone, or its deadline has passed) or UNAVAILABLE (DRAINING). If it throws
+// std::bad_alloc it is called a second time, with RESOURCE_EXHAUSTED (DEVICE_MEMORY). After an
+// error of PostBuild it is never called: RESOURCE_EXHAUSTED (BUILD_QUEUE_FULL, with retry_after).
 Status PostBuild(const ServiceContext& context, const std::string& session_name,
                  const Waiter& waiter, std::function<void(const Status&)> build);
 

@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <limits>
+#include <string>
 
 namespace drape::api {
 namespace {
@@ -117,6 +118,12 @@ uint64_t ParsedSize_bytes(const Descriptor& type, google::protobuf::io::ZeroCopy
   Walk walk(in, enough_bytes);
   walk.Message(type, 0);
   return walk.size_bytes();
+}
+
+Status RequestTooLarge(uint64_t most_bytes) {
+  return {StatusCode::kResourceExhausted, "REQUEST_TOO_LARGE",
+          "the request takes more than " + std::to_string(most_bytes) +
+              " bytes of memory once it is parsed: it has too many parts"};
 }
 
 }  // namespace drape::api

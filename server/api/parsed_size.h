@@ -6,6 +6,8 @@
 
 #include <cstdint>
 
+#include "server/core/status.h"
+
 namespace drape::api {
 
 // An upper estimate of the memory that a message of `type` takes once it is parsed [bytes]: with
@@ -14,5 +16,8 @@ namespace drape::api {
 // `enough_bytes`. Bytes that are no message count up to where they end to be one. Any thread.
 uint64_t ParsedSize_bytes(const google::protobuf::Descriptor& type,
                           google::protobuf::io::ZeroCopyInputStream& bytes, uint64_t enough_bytes);
+
+// RESOURCE_EXHAUSTED (REQUEST_TOO_LARGE).
+Status RequestTooLarge(uint64_t most_bytes);
 
 }  // namespace drape::api

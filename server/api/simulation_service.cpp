@@ -189,12 +189,6 @@ void SimulationService::Serve(
                      }));
 }
 
-Status RequestTooLarge(uint64_t most_bytes) {
-  return {StatusCode::kResourceExhausted, "REQUEST_TOO_LARGE",
-          "the request takes more than " + std::to_string(most_bytes) +
-              " bytes of memory once it is parsed: it has too many parts"};
-}
-
 uint64_t Fingerprint(const google::protobuf::Message& request, std::string_view content) {
   uint64_t hash = 0xcbf29ce484222325u;
   const auto add = [&hash](std::string_view bytes) {

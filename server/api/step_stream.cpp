@@ -29,7 +29,7 @@ void StepStreamReactor::OnReadDone(bool ok) {
     const std::lock_guard lock(mutex_);
     if (ok && !is_ended_ && !is_broken_) {
       slot = slots_.emplace_back(std::make_shared<Slot>());
-      slot->tag = RequestTag(caller_, request);
+      if (parsed.ok()) slot->tag = RequestTag(caller_, request);
     } else {
       is_reading_ = false;
       is_read_over_ = !ok;

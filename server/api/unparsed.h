@@ -16,9 +16,6 @@ namespace drape::api {
 // Smaller requests take too little to be looked at [bytes].
 inline constexpr uint64_t kSmallRequest_bytes = 1 << 16;
 
-// RESOURCE_EXHAUSTED (REQUEST_TOO_LARGE).
-Status RequestTooLarge(uint64_t most_bytes);
-
 // What gRPC reads in the place of a `Message`: its bytes.
 template <class Message>
 class Unparsed {
@@ -29,6 +26,9 @@ class Unparsed {
   // `owner`, until the next one is parsed here or this is gone. RESOURCE_EXHAUSTED if that is more
   // than `most_bytes`, or than the budget has left; INVALID_ARGUMENT (MALFORMED_REQUEST).
   Status Parse(ByteBudget& budget, const std::string& owner, uint64_t most_bytes) {
+    // A message that is parsed again keeps the memory of its parts, which does not count any
+    // longer.
+    if (held_ != nullptr) message_ = Message();
     held_ = nullptr;
     if (is_large()) {
       grpc::ProtoBufferReader reader(&bytes_);

@@ -82,10 +82,10 @@ Status Scheduler::ReadStates(std::vector<std::shared_ptr<ClothRuntime>> cloths,
                              const CancelToken& cancel) {
   DRAPE_CHECK(fields.any(), "nothing to read");
   DRAPE_ASSIGN_OR_RETURN(std::shared_ptr<void> permit, core_->read_permits().Take(session, tenant));
-  const std::string& owner = tenant.empty() ? session : tenant;
-  return core_->Post(owner, [core = core_.get(), cloths = std::move(cloths), fields,
-                             done = std::move(done), in_flight = std::move(permit),
-                             cancel](Backend& backend) mutable {
+  return core_->Post(OwnerOf(session, tenant), [core = core_.get(), cloths = std::move(cloths),
+                                                fields, done = std::move(done),
+                                                in_flight = std::move(permit),
+                                                cancel](Backend& backend) mutable {
     const Status readable = CheckReadable(cloths, cancel);
     auto states = std::make_shared<Result<ClothStates>>(
         readable.ok() ? Result<ClothStates>(ReadClothStates(backend, cloths, fields)) : readable);
@@ -103,18 +103,18 @@ Status Scheduler::ReadForDrawing(std::vector<std::shared_ptr<ClothRuntime>> clot
                                  const CancelToken& cancel) {
   DRAPE_CHECK(fields.any(), "nothing to read");
   DRAPE_ASSIGN_OR_RETURN(std::shared_ptr<void> permit, core_->read_permits().Take(session, tenant));
-  const std::string& owner = tenant.empty() ? session : tenant;
-  return core_->Post(owner, [cloths = std::move(cloths), fields, on_device, done = std::move(done),
-                             in_flight = std::move(permit), cancel](Backend& backend) mutable {
-    const Status readable = CheckReadable(cloths, cancel);
-    if (!readable.ok()) {
-      in_flight.reset();
-      return done(readable);
-    }
-    ClothStates states = ReadForPicture(backend, cloths, fields, on_device);
-    states.in_flight = std::move(in_flight);
-    done(std::move(states));
-  });
+  return core_->Post(OwnerOf(session, tenant),
+                     [cloths = std::move(cloths), fields, on_device, done = std::move(done),
+                      in_flight = std::move(permit), cancel](Backend& backend) mutable {
+                       const Status readable = CheckReadable(cloths, cancel);
+                       if (!readable.ok()) {
+                         in_flight.reset();
+                         return done(readable);
+                       }
+                       ClothStates states = ReadForPicture(backend, cloths, fields, on_device);
+                       states.in_flight = std::move(in_flight);
+                       done(std::move(states));
+                     });
 }
 
 Result<std::shared_ptr<Observer>> Scheduler::Subscribe(ObserverSpec spec) {
@@ -126,7 +126,7 @@ Result<std::shared_ptr<Observer>> Scheduler::Subscribe(ObserverSpec spec) {
       },
       std::move(permit));
   observer->AddCredit(spec.initial_credit);
-  const std::string owner = spec.tenant.empty() ? spec.session : spec.tenant;
+  const std::string owner = OwnerOf(spec.session, spec.tenant);
   DRAPE_RETURN_IF_ERROR(
       core_->Post(owner, [core = core_.get(), spec = std::move(spec), observer](Backend&) mutable {
         core->observers().Add(std::move(spec), std::move(observer));

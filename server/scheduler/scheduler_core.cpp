@@ -88,7 +88,7 @@ Status Scheduler::Core::Post(const std::string& owner, DeviceCommand command) {
   const size_t free =
       limits_.max_queued_commands - std::min<size_t>(limits_.max_queued_commands, commands_.size());
   if (commands_.size_of(owner) >= free) {
-    return QueueFull("there are as many free places of max_queued_commands as the caller has",
+    return QueueFull("what max_queued_commands leaves free, and the caller has already,",
                      static_cast<uint32_t>(free), limits_.retry_after_ms);
   }
   See(owner, clock_.NowUs());

@@ -135,10 +135,15 @@ struct RestartPoint {
   bool has_other_description = false;
 };
 
+// In whose name pools and turns are shared: the tenant, or without tenants the session.
+inline const std::string& OwnerOf(const std::string& session, const std::string& tenant) {
+  return tenant.empty() ? session : tenant;
+}
+
 // One step request.
 struct StepWork {
   // Who shares the device fairly with others.
-  const std::string& owner() const { return tenant.empty() ? session : tenant; }
+  const std::string& owner() const { return OwnerOf(session, tenant); }
 
   std::string session;                                // the session's name
   std::string tenant{};                               // of the session; empty: there are no tenants

@@ -42,9 +42,7 @@ Status OverrideOnDevice(Backend& backend, std::span<const std::shared_ptr<ClothR
 
 Status ResetOnDevice(Backend& backend, std::span<const std::shared_ptr<ClothRecord>> cloths,
                      const ClothStarts& starts) {
-  for (const auto& cloth : cloths) {
-    if (!cloth->runtime->is_alive()) return ClothNotFound(cloth->id);
-  }
+  DRAPE_RETURN_IF_ERROR(CheckAlive(cloths));
   DRAPE_RETURN_IF_ERROR(OverrideOnDevice(backend, cloths, starts));
   for (size_t k = 0; k < cloths.size(); ++k) {
     DRAPE_RETURN_IF_ERROR(ResetCloth(backend, *cloths[k], starts.TransformOf(k)));

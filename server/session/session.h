@@ -102,7 +102,7 @@ class Session : public std::enable_shared_from_this<Session> {
   const std::string& display_name() const { return display_name_; }
   const std::string& tenant() const { return tenant_; }
   // In whose name pools are shared: the tenant, or else the session.
-  const std::string& owner() const { return tenant_.empty() ? name_ : tenant_; }
+  const std::string& owner() const { return OwnerOf(name_, tenant_); }
   double ttl_s() const { return ttl_s_; }
   // When it was as it came back into this run of the server; 0: it was created here.
   double checkpoint_unix_s() const { return checkpoint_unix_s_; }

@@ -8,6 +8,7 @@
 #include <string>
 
 #include "drape/v1/simulation_service.pb.h"
+#include "server/api/unparsed.h"
 #include "tests/api/requests.h"
 
 namespace drape::api {
@@ -78,6 +79,28 @@ TEST(ParsedSize, ReadsNoMoreThanItMust) {
   const uint64_t size = SizeOf<v1::CreateClothsRequest>(request.SerializeAsString(), 50'000);
   EXPECT_GT(size, 50'000u);
   EXPECT_LT(size, 60'000u);
+}
+
+// Of a stream, whose requests are parsed in one place.
+TEST(Unparsed, NothingIsKeptOfALargeRequest) {
+  ByteBudget budget("FULL", {"most", kNeverEnough}, {"most", kNeverEnough}, 0);
+  Unparsed<v1::StepRequest> request;
+  const auto parse = [&](const v1::StepRequest& message, uint64_t most_bytes) {
+    const grpc::Slice slice(message.SerializeAsString());
+    request.bytes() = grpc::ByteBuffer(&slice, 1);
+    return request.Parse(budget, "owner", most_bytes);
+  };
+  v1::StepRequest large;
+  for (int k = 0; k < 100'000; ++k) large.mutable_resets()->add_overrides();
+  ASSERT_TRUE(parse(large, kNeverEnough).ok());
+  EXPECT_EQ(request.message().resets().overrides_size(), 100'000);
+  EXPECT_GE(budget.used_bytes("owner"), request.message().SpaceUsedLong());
+  const uint64_t large_bytes = request.message().SpaceUsedLong();
+  EXPECT_EQ(parse(large, 1'000'000).reason(), "REQUEST_TOO_LARGE");
+  EXPECT_EQ(budget.used_bytes(), 0u);
+  EXPECT_LT(request.message().SpaceUsedLong(), large_bytes / 1000);
+  ASSERT_TRUE(parse({}, kNeverEnough).ok());
+  EXPECT_EQ(budget.used_bytes(), 0u);
 }
 
 // Whatever parses takes no more than it was told; whatever does not ends in time.

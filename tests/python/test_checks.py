@@ -54,7 +54,7 @@ WRONG = [
     (lambda c, s: c.session(ttl_s="long"), "ttl_s: 'long' is not a number"),
     (lambda c, s: c.session(name=3), "name: 3 is not a text"),
     (lambda c, s: drape.connect(None), "address: None is not a text of printable ASCII"),
-    (lambda c, s: drape.connect(c.address, token="a\n"), "token: 'a\\n' is not a text of printable ASCII"),
+    (lambda c, s: drape.connect(c.address, token="a\n"), "token: the str given is not a text of printable ASCII"),
     (lambda c, s: drape.connect(c.address, timeout_s=0), "timeout_s: 0 is not a number of seconds > 0"),
     (lambda c, s: drape.connect(c.address, tls=3.5), "tls: float is neither PEM bytes nor the path of a file"),
     (lambda c, s: drape.launch("cpu", flags="--threads=1"), "flags: a list of texts is needed, got '--threads=1'"),

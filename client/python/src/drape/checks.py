@@ -56,10 +56,11 @@ def seconds(name, value):
     raise errors.bad_field(name, f"{reprlib.repr(value)} is not a number of seconds > 0, nor None")
 
 
-def text(name, value):
-    """`value`, a str that can be a header."""
+def text(name, value, *, is_secret=False):
+    """`value`, a str that can be a header. is_secret: no error shows it."""
     if not isinstance(value, str) or not value.isascii() or not value.isprintable():
-        raise errors.bad_field(name, f"{reprlib.repr(value)} is not a text of printable ASCII")
+        what = f"the {type(value).__name__} given" if is_secret else reprlib.repr(value)
+        raise errors.bad_field(name, f"{what} is not a text of printable ASCII")
     return value
 
 

@@ -89,7 +89,7 @@ class ConnectionBase:
         self.closed = False
         self._pid = os.getpid()
         self._calls = {}
-        self._secrets = () if token is None else (("authorization", f"Bearer {checks.text('token', token)}"),)
+        self._secrets = () if token is None else (("authorization", f"Bearer {checks.text('token', token, is_secret=True)}"),)
         self._metadata = {}
         memory.keep_freed_blocks()
 
