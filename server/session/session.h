@@ -39,6 +39,11 @@ struct SessionCommons {
       "TOO_MANY_ANSWERS",
       ByteBudget::Limit{"max_remembered_bytes_per_session", limits.max_remembered_bytes / 4},
       ByteBudget::Limit{"max_remembered_bytes", limits.max_remembered_bytes}, 0);
+  // The request ids that it knows; an owner may have half.
+  const std::shared_ptr<ByteBudget> request_ids = std::make_shared<ByteBudget>(
+      "TOO_MANY_REQUEST_IDS",
+      ByteBudget::Limit{"half of max_request_id_bytes", limits.max_request_id_bytes / 2},
+      ByteBudget::Limit{"max_request_id_bytes", limits.max_request_id_bytes}, kRetryWhenFull_ms);
   // The states that sessions keep by name; an owner may have a quarter.
   const std::shared_ptr<ByteBudget> saved = std::make_shared<ByteBudget>(
       "TOO_MANY_SAVED_STATES",
@@ -47,6 +52,8 @@ struct SessionCommons {
   TenantQuota tenants{limits.per_tenant};
   std::atomic<uint64_t> worlds{0};  // made so far
   ModelCache models{limits.max_model_bytes};
+  const std::shared_ptr<MapPool> map_pool =
+      std::make_shared<MapPool>(limits.max_mesh_collider_bytes);
   DistanceMapCaches maps;
 };
 
