@@ -1,6 +1,7 @@
 #include "server/solver/gl_compute/tiled_step.h"
 
 #include <algorithm>
+#include <chrono>
 
 #include "server/solver/gl_compute/largest_sizes.h"
 #include "server/solver/self_contact/self_contacts.h"
@@ -9,6 +10,12 @@
 namespace drape {
 
 namespace {
+
+// Between two looks whether a pause is due: a wait for the device takes some 0.05 ms, a batch of
+// others 50 ms.
+constexpr std::chrono::microseconds kShortLook{2'000};
+constexpr std::chrono::microseconds kLongLook{8'000};
+constexpr uint32_t kMostPerLook = 256;
 
 uint32_t GroupsFor(uint32_t invocations, uint32_t local_size) {
   return std::max(1u, (invocations + local_size - 1) / local_size);
@@ -30,53 +37,99 @@ class TiledStep {
   // All that is left of the step, or until the pause. Returns whether it is complete.
   bool Run(TiledProgress& progress, const Pause& pause) {
     if (Has(Feature::kTolerance)) UploadDispatchArgs(progress.dispatches);
-    if (!progress.has_begun) {
-      DispatchParticles(*kernels_.tiled_begin, 0);
-      FindReach();
-      progress.has_begun = true;
-    }
-    while (progress.substep < largest_.substeps.size()) {
-      if (!Advance(progress, pause)) return KeepDispatchArgs(progress);
-      progress.part = Part::kBeforeSweeps;
-      if (++progress.substep < largest_.substeps.size() && IsDue(pause)) {
-        return KeepDispatchArgs(progress);
-      }
-    }
-    if (Has(Feature::kEnergyWatch)) DispatchElements(*kernels_.tiled_watch_energy, 0, 1);
-    DispatchParticles(*kernels_.tiled_check, 0);
-    DispatchParticles(*kernels_.tiled_commit, 0);
-    return true;
+    looks_ = {&pause, progress.dispatches_per_look, 0, Clock::now(), false};
+    const bool is_complete = DoAll(progress);
+    progress.dispatches_per_look = looks_.per_look;
+    if (!is_complete) KeepDispatchArgs(progress);
+    return is_complete;
   }
   uint32_t dispatch_count() const { return dispatch_count_; }
 
  private:
   using Part = TiledProgress::Part;
+  using Clock = std::chrono::steady_clock;
 
-  // Whether to pause, once the device has done what it was given.
-  static bool IsDue(const Pause& pause) {
-    if (pause.is_never()) return false;
-    glFinish();
-    return pause.IsDue();
+  // False: paused.
+  bool DoAll(TiledProgress& progress) {
+    if (!progress.has_begun) {
+      const bool has_begun = DoSection(progress, [&] {
+        DispatchParticles(*kernels_.tiled_begin, 0);
+        FindReach();
+      });
+      if (!has_begun) return false;
+      progress.has_begun = true;
+    }
+    for (; progress.substep < largest_.substeps.size(); ++progress.substep) {
+      if (!Advance(progress)) return false;
+      progress.part = Part::kBeforeSweeps;
+    }
+    return DoSection(progress, [&] {
+      if (Has(Feature::kEnergyWatch)) DispatchElements(*kernels_.tiled_watch_energy, 0, 1);
+      DispatchParticles(*kernels_.tiled_check, 0);
+      DispatchParticles(*kernels_.tiled_commit, 0);
+    });
   }
 
   // One substep, or what is left of it. False: paused.
-  bool Advance(TiledProgress& progress, const Pause& pause) {
+  bool Advance(TiledProgress& progress) {
     const uint32_t substep = progress.substep;
     if (progress.part == Part::kBeforeSweeps) {
-      BeforeSweeps(substep);
+      if (!DoSection(progress, [&] { BeforeSweeps(substep); })) return false;
       progress.part = Part::kSweeps;
       progress.sweep = 0;
     }
     if (progress.part == Part::kSweeps) {
-      if (!Solve(substep, progress.sweep, pause)) return false;
-      if (!IsIntegratedByNext(substep)) Integrate(substep);
+      for (; progress.sweep < MostSweeps(); ++progress.sweep) {
+        if (!DoSection(progress, [&] { Sweep(substep, progress.sweep); })) return false;
+      }
+      progress.part = Part::kIntegrate;
+    }
+    if (progress.part == Part::kIntegrate) {
+      const bool integrates = !IsIntegratedByNext(substep);
+      if (integrates && !DoSection(progress, [&] { Integrate(substep); })) return false;
       progress.part = Part::kVelocitySweeps;
       progress.sweep = 0;
     }
-    if (!SolveVelocity(substep, progress.sweep, pause)) return false;
-    PlacePins(substep);
-    if (largest_.substeps[substep].kicks_after) Kick(substep, DRAPE_KICK_AFTER);
-    return true;
+    if (progress.part == Part::kVelocitySweeps) {
+      const uint32_t sweeps = Has(StepStage::kSolveVelocity) ? largest_.velocity_iterations : 0;
+      for (; progress.sweep < sweeps; ++progress.sweep) {
+        if (!DoSection(progress, [&] { SweepVelocities(substep, progress.sweep); })) return false;
+      }
+      progress.part = Part::kAfterSweeps;
+    }
+    return DoSection(progress, [&] { AfterSweeps(substep); });
+  }
+
+  // Does the dispatches of a section that have not been done yet. False: it paused before one of
+  // them. `section` always runs to its end, whatever of it is left: what it tells the kernels is
+  // told again in each piece.
+  template <class Function>
+  bool DoSection(TiledProgress& progress, Function section) {
+    section_ = {progress.dispatches_done, 0, false};
+    section();
+    progress.dispatches_done = section_.is_left ? section_.begun : 0;
+    return !section_.is_left;
+  }
+
+  // Whether the next dispatch of the section is to be made now.
+  bool MayDispatch() {
+    section_.is_left |= looks_.is_due;
+    return !looks_.is_due && ++section_.begun > section_.skipped;
+  }
+
+  // Looks whether to pause, once the device has done what it was given.
+  void EndDispatch() {
+    DeviceBarrier();
+    ++dispatch_count_;
+    if (looks_.pause->is_never() || ++looks_.dispatches < looks_.per_look) return;
+    glFinish();
+    const auto now = Clock::now();
+    const auto took = now - looks_.last;
+    if (took < kShortLook) looks_.per_look = std::min(2 * looks_.per_look, kMostPerLook);
+    if (took > kLongLook) looks_.per_look = std::max(looks_.per_look / 2, 1u);
+    looks_.last = now;
+    looks_.dispatches = 0;
+    looks_.is_due = looks_.pause->IsDue();
   }
 
   // Whether nothing comes between its sweeps and the next prediction but integrate and
@@ -107,14 +160,16 @@ class TiledStep {
     SolveHinges(substep);
     if (work.damps_twist) DampTwist(substep);
     Tether(substep);
+    if (!Has(Feature::kTolerance)) return;
+    PrepareSweepControl(*kernels_.tiled_begin_sweeps, substep, 0);
+    Dispatch(1, 1);
   }
 
-  // For the next piece. Returns false: the step is not complete.
-  bool KeepDispatchArgs(TiledProgress& progress) const {
-    if (!Has(Feature::kTolerance)) return false;
+  // For the next piece.
+  void KeepDispatchArgs(TiledProgress& progress) const {
+    if (!Has(Feature::kTolerance)) return;
     progress.dispatches.resize((end_sweep_index() + 1) * sizeof(shader::DispatchArgs));
     dispatches_.Download(0, progress.dispatches);
-    return false;
   }
 
   bool Has(KernelTrait trait) const { return kernels_.variant.Has(trait); }
@@ -175,15 +230,15 @@ class TiledStep {
   }
 
   void Dispatch(uint32_t group_count_x, uint32_t group_count_y) {
+    if (!MayDispatch()) return;
     glDispatchCompute(group_count_x, group_count_y, 1);
-    DeviceBarrier();
-    ++dispatch_count_;
+    EndDispatch();
   }
 
   void DispatchIndirect(uint32_t index) {
+    if (!MayDispatch()) return;
     glDispatchComputeIndirect(static_cast<GLintptr>(index * sizeof(shader::DispatchArgs)));
-    DeviceBarrier();
-    ++dispatch_count_;
+    EndDispatch();
   }
 
   void DispatchElements(const gl::Program& kernel, uint32_t substep, uint32_t elements) {
@@ -284,25 +339,6 @@ class TiledStep {
     kernel.SetUniform(DRAPE_UNIFORM_SWEEP, sweep);
   }
 
-  // False: paused.
-  bool Solve(uint32_t substep, uint32_t& sweep, const Pause& pause) {
-    const bool has_tolerance = Has(Feature::kTolerance);
-    if (has_tolerance && sweep == 0) {
-      PrepareSweepControl(*kernels_.tiled_begin_sweeps, substep, 0);
-      Dispatch(1, 1);
-    }
-    const uint32_t sweeps = MostSweeps();
-    while (sweep < sweeps) {
-      Sweep(substep, sweep);
-      if (has_tolerance) {
-        PrepareSweepControl(*kernels_.tiled_end_sweep, substep, sweep);
-        DispatchIndirect(end_sweep_index());
-      }
-      if (++sweep < sweeps && IsDue(pause)) return false;
-    }
-    return true;
-  }
-
   // Those after hard hits, which the kernels of other cloths leave out.
   uint32_t MostSweeps() const {
     return largest_.max_iterations +
@@ -316,6 +352,9 @@ class TiledStep {
     SolveJoints(substep, sweep);
     SolveSelfContacts(substep, sweep);
     SolveContacts(substep, sweep);
+    if (!Has(Feature::kTolerance)) return;
+    PrepareSweepControl(*kernels_.tiled_end_sweep, substep, sweep);
+    DispatchIndirect(end_sweep_index());
   }
 
   void SolveStrips(uint32_t substep, uint32_t sweep) {
@@ -404,16 +443,17 @@ class TiledStep {
     }
   }
 
-  // False: paused.
-  bool SolveVelocity(uint32_t substep, uint32_t& sweep, const Pause& pause) {
-    if (!Has(StepStage::kSolveVelocity) && !Has(StepStage::kGuardSelfContacts)) return true;
-    while (Has(StepStage::kSolveVelocity) && sweep < largest_.velocity_iterations) {
-      SweepVelocities(substep, sweep, 0, largest_.colours);
-      SweepVelocities(substep, sweep, 1, largest_.joint_colours);
-      if (++sweep < largest_.velocity_iterations && IsDue(pause)) return false;
+  void AfterSweeps(uint32_t substep) {
+    if (Has(StepStage::kSolveVelocity) || Has(StepStage::kGuardSelfContacts)) {
+      DispatchParticles(*kernels_.tiled_correct_velocity, substep);
     }
-    DispatchParticles(*kernels_.tiled_correct_velocity, substep);
-    return true;
+    PlacePins(substep);
+    if (largest_.substeps[substep].kicks_after) Kick(substep, DRAPE_KICK_AFTER);
+  }
+
+  void SweepVelocities(uint32_t substep, uint32_t sweep) {
+    SweepVelocities(substep, sweep, 0, largest_.colours);
+    SweepVelocities(substep, sweep, 1, largest_.joint_colours);
   }
 
   void SweepVelocities(uint32_t substep, uint32_t sweep, uint32_t is_of_joints,
@@ -440,6 +480,21 @@ class TiledStep {
   const uint32_t colour_count_;  // colours that are solved
   gl::Buffer& dispatches_;
   uint32_t dispatch_count_ = 0;
+  struct Looks {
+    const Pause* pause = nullptr;
+    uint32_t per_look = 1;    // TiledProgress::dispatches_per_look
+    uint32_t dispatches = 0;  // since the last one
+    Clock::time_point last{};
+    bool is_due = false;
+  };
+  Looks looks_;
+  // Dispatches of a section.
+  struct Section {
+    uint32_t skipped = 0;  // were made in earlier pieces
+    uint32_t begun = 0;    // with them
+    bool is_left = false;  // some are to be made in later ones
+  };
+  Section section_;
 };
 
 }  // namespace
