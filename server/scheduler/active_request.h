@@ -28,6 +28,7 @@ class ActiveRequest {
   void EnterTurns();
   void LeaveTurns();
   bool has_every_turn() const { return missing_turns_ == 0; }
+  bool may_start() const { return has_every_turn() && !is_held(); }
   // Whether it must wait because one of its cloths is held (ClothRuntime::Hold, which counts).
   bool is_held() const { return held_cloths_ > 0; }
   void AddHeldCloths(int count) { held_cloths_ += count; }

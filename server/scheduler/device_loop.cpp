@@ -12,7 +12,6 @@
 
 namespace drape {
 namespace {
-
 // Limit on the particles read at once to find out whether cloths are at rest: 12 MiB in single
 // precision.
 constexpr size_t kMaxParticlesPerLook = size_t{1} << 20;
@@ -101,8 +100,7 @@ std::vector<DeviceLoop::RequestPointer> DeviceLoop::StartAndEnd() {
     ActiveRequest& request = **entry;
     const std::optional<int64_t> held_us = HeldBackUntil_us(request, now_us);
     EndIfPointless(request, now_us, held_us);
-    const bool may_start = request.has_every_turn() && !request.is_held() && !held_us;
-    if (!request.end_status() && !request.has_started() && may_start) {
+    if (!request.end_status() && !request.has_started() && request.may_start() && !held_us) {
       const Status status = request.Start(backend_, settings_.max_steps_per_request);
       if (!status.ok()) request.EndWith(status);
     }
@@ -152,8 +150,8 @@ std::optional<int64_t> DeviceLoop::RestUntil_us() const {
   const int64_t now_us = clock_.NowUs();
   int64_t rest_us = now_us + kLook_us;
   for (const RequestPointer& request : requests_) {
-    if (!request->has_every_turn()) continue;  // behind one that is looked at
-    if (request->is_held()) continue;          // until a command comes
+    // Behind one that is looked at, or until a command comes.
+    if (!request->may_start()) continue;
     const std::optional<int64_t> until_us = HeldBackUntil_us(*request, now_us);
     if (!until_us) return std::nullopt;
     rest_us = std::min(rest_us, *until_us);

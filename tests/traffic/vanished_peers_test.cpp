@@ -23,7 +23,7 @@ namespace {
 
 using std::chrono::seconds;
 
-constexpr size_t kNoCut = size_t{1} << 50;
+constexpr size_t kUncut = size_t{1} << 50;
 // Of keepalives of 1 s: more than the two that gRPC sends by default before it waits for something
 // else to be sent.
 constexpr seconds kManySigns{5};
@@ -64,7 +64,7 @@ TEST(VanishedPeersLong, AClientNoticesAServerBehindASilentCall) {
   builder.AddChannelArgument(GRPC_ARG_HTTP2_MIN_RECV_PING_INTERVAL_WITHOUT_DATA_MS, 100);
   builder.RegisterService(&service);
   const auto server = builder.BuildAndStart();
-  CuttingProxy proxy(port, kNoCut, kNoCut);
+  CuttingProxy proxy(port, kUncut, kUncut);
   ConnectOptions options;
   options.keepalive_s = 1;
   options.keepalive_timeout_s = 1;
@@ -96,7 +96,7 @@ TEST(VanishedPeersLong, AServerNoticesAClientBehindASilentStream) {
                         "--reap-interval-ms=10"});
   ASSERT_TRUE(server.WaitUntilUp());
   const auto direct = server.NewStub();
-  CuttingProxy proxy(PortOf(server.Address()), kNoCut, kNoCut);
+  CuttingProxy proxy(PortOf(server.Address()), kUncut, kUncut);
   const auto stub = v1::SimulationService::NewStub(
       grpc::CreateChannel(proxy.Address(), grpc::InsecureChannelCredentials()));
   v1::CreateSessionRequest create;

@@ -48,4 +48,13 @@ class Parts {
   bool is_due_ = false;
 };
 
+// Does what is left of a stretch, of which `progress` keeps how far it is. False: paused.
+template <class Progress, class Function>
+bool DoParts(Progress& progress, const Pause& pause, Function stretch) {
+  Parts parts(progress.parts_done, pause);
+  stretch(parts);
+  progress.parts_done = parts.done();
+  return parts.is_complete();
+}
+
 }  // namespace drape::reference

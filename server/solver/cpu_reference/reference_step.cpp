@@ -46,15 +46,6 @@ using Eigen::Vector3d;
 constexpr uint32_t kPerPart = 1u << 14;
 constexpr uint32_t kStripsPerPart = 16;
 
-// Does what is left of a stretch of the step. False: paused.
-template <class Function>
-bool DoParts(Progress& progress, const Pause& pause, Function stretch) {
-  Parts parts(progress.parts_done, pause);
-  stretch(parts);
-  progress.parts_done = parts.done();
-  return parts.is_complete();
-}
-
 // The forces that act on velocities for some time: each stage from the velocities that the last one
 // left.
 void Kick(const StepContext& context, double duration_s, const std::vector<Vector3d>& positions,

@@ -1,8 +1,8 @@
 #include "server/solver/gl_compute/tiled_step.h"
 
 #include <algorithm>
-#include <chrono>
 
+#include "server/solver/gl_compute/dispatch_pauses.h"
 #include "server/solver/gl_compute/largest_sizes.h"
 #include "server/solver/self_contact/self_contacts.h"
 #include "shaders/interface/bindings.h"
@@ -10,12 +10,6 @@
 namespace drape {
 
 namespace {
-
-// Between two looks whether a pause is due: a wait for the device takes some 0.05 ms, a batch of
-// others 50 ms.
-constexpr std::chrono::microseconds kShortLook{2'000};
-constexpr std::chrono::microseconds kLongLook{8'000};
-constexpr uint32_t kMostPerLook = 256;
 
 uint32_t GroupsFor(uint32_t invocations, uint32_t local_size) {
   return std::max(1u, (invocations + local_size - 1) / local_size);
@@ -25,45 +19,44 @@ uint32_t GroupsFor(uint32_t invocations, uint32_t local_size) {
 class TiledStep {
  public:
   TiledStep(const StepKernels& kernels, uint32_t first_item, std::span<const GlCloth* const> cloths,
-            gl::Buffer& dispatches)
+            gl::Buffer& dispatches, TiledProgress& progress, const Pause& pause)
       : kernels_(kernels),
         first_item_(first_item),
         item_count_(static_cast<uint32_t>(cloths.size())),
         largest_(FindLargest(cloths)),
         phase_count_(CountIf(StepStage::kSolveStrips, largest_.phases)),
         colour_count_(CountIf(StepStage::kSolveDistance, largest_.colours)),
-        dispatches_(dispatches) {}
+        dispatches_(dispatches),
+        progress_(progress),
+        pauses_(progress, pause) {}
 
   // All that is left of the step, or until the pause. Returns whether it is complete.
-  bool Run(TiledProgress& progress, const Pause& pause) {
-    if (Has(Feature::kTolerance)) UploadDispatchArgs(progress.dispatches);
-    looks_ = {&pause, progress.dispatches_per_look, 0, Clock::now(), false};
-    const bool is_complete = DoAll(progress);
-    progress.dispatches_per_look = looks_.per_look;
-    if (!is_complete) KeepDispatchArgs(progress);
+  bool Run() {
+    if (Has(Feature::kTolerance)) UploadDispatchArgs(progress_.dispatches);
+    const bool is_complete = DoAll();
+    if (!is_complete) KeepDispatchArgs();
     return is_complete;
   }
   uint32_t dispatch_count() const { return dispatch_count_; }
 
  private:
   using Part = TiledProgress::Part;
-  using Clock = std::chrono::steady_clock;
 
   // False: paused.
-  bool DoAll(TiledProgress& progress) {
-    if (!progress.has_begun) {
-      const bool has_begun = DoSection(progress, [&] {
+  bool DoAll() {
+    if (!progress_.has_begun) {
+      const bool has_begun = pauses_.DoSection([&] {
         DispatchParticles(*kernels_.tiled_begin, 0);
         FindReach();
       });
       if (!has_begun) return false;
-      progress.has_begun = true;
+      progress_.has_begun = true;
     }
-    for (; progress.substep < largest_.substeps.size(); ++progress.substep) {
-      if (!Advance(progress)) return false;
-      progress.part = Part::kBeforeSweeps;
+    for (; progress_.substep < largest_.substeps.size(); ++progress_.substep) {
+      if (!Advance()) return false;
+      progress_.part = Part::kBeforeSweeps;
     }
-    return DoSection(progress, [&] {
+    return pauses_.DoSection([&] {
       if (Has(Feature::kEnergyWatch)) DispatchElements(*kernels_.tiled_watch_energy, 0, 1);
       DispatchParticles(*kernels_.tiled_check, 0);
       DispatchParticles(*kernels_.tiled_commit, 0);
@@ -71,65 +64,39 @@ class TiledStep {
   }
 
   // One substep, or what is left of it. False: paused.
-  bool Advance(TiledProgress& progress) {
-    const uint32_t substep = progress.substep;
-    if (progress.part == Part::kBeforeSweeps) {
-      if (!DoSection(progress, [&] { BeforeSweeps(substep); })) return false;
-      progress.part = Part::kSweeps;
-      progress.sweep = 0;
+  bool Advance() {
+    const uint32_t substep = progress_.substep;
+    if (progress_.part == Part::kBeforeSweeps) {
+      if (!pauses_.DoSection([&] { BeforeSweeps(substep); })) return false;
+      progress_.part = Part::kSweeps;
+      progress_.sweep = 0;
     }
-    if (progress.part == Part::kSweeps) {
-      for (; progress.sweep < MostSweeps(); ++progress.sweep) {
-        if (!DoSection(progress, [&] { Sweep(substep, progress.sweep); })) return false;
+    if (progress_.part == Part::kSweeps) {
+      for (; progress_.sweep < MostSweeps(); ++progress_.sweep) {
+        if (!pauses_.DoSection([&] { Sweep(substep, progress_.sweep); })) return false;
       }
-      progress.part = Part::kIntegrate;
+      progress_.part = Part::kIntegrate;
     }
-    if (progress.part == Part::kIntegrate) {
+    if (progress_.part == Part::kIntegrate) {
       const bool integrates = !IsIntegratedByNext(substep);
-      if (integrates && !DoSection(progress, [&] { Integrate(substep); })) return false;
-      progress.part = Part::kVelocitySweeps;
-      progress.sweep = 0;
+      if (integrates && !pauses_.DoSection([&] { Integrate(substep); })) return false;
+      progress_.part = Part::kVelocitySweeps;
+      progress_.sweep = 0;
     }
-    if (progress.part == Part::kVelocitySweeps) {
+    if (progress_.part == Part::kVelocitySweeps) {
       const uint32_t sweeps = Has(StepStage::kSolveVelocity) ? largest_.velocity_iterations : 0;
-      for (; progress.sweep < sweeps; ++progress.sweep) {
-        if (!DoSection(progress, [&] { SweepVelocities(substep, progress.sweep); })) return false;
+      for (; progress_.sweep < sweeps; ++progress_.sweep) {
+        if (!pauses_.DoSection([&] { SweepVelocities(substep, progress_.sweep); })) return false;
       }
-      progress.part = Part::kAfterSweeps;
+      progress_.part = Part::kAfterSweeps;
     }
-    return DoSection(progress, [&] { AfterSweeps(substep); });
+    return pauses_.DoSection([&] { AfterSweeps(substep); });
   }
 
-  // Does the dispatches of a section that have not been done yet. False: it paused before one of
-  // them. `section` always runs to its end, whatever of it is left: what it tells the kernels is
-  // told again in each piece.
-  template <class Function>
-  bool DoSection(TiledProgress& progress, Function section) {
-    section_ = {progress.dispatches_done, 0, false};
-    section();
-    progress.dispatches_done = section_.is_left ? section_.begun : 0;
-    return !section_.is_left;
-  }
-
-  // Whether the next dispatch of the section is to be made now.
-  bool MayDispatch() {
-    section_.is_left |= looks_.is_due;
-    return !looks_.is_due && ++section_.begun > section_.skipped;
-  }
-
-  // Looks whether to pause, once the device has done what it was given.
   void EndDispatch() {
     DeviceBarrier();
     ++dispatch_count_;
-    if (looks_.pause->is_never() || ++looks_.dispatches < looks_.per_look) return;
-    glFinish();
-    const auto now = Clock::now();
-    const auto took = now - looks_.last;
-    if (took < kShortLook) looks_.per_look = std::min(2 * looks_.per_look, kMostPerLook);
-    if (took > kLongLook) looks_.per_look = std::max(looks_.per_look / 2, 1u);
-    looks_.last = now;
-    looks_.dispatches = 0;
-    looks_.is_due = looks_.pause->IsDue();
+    pauses_.EndDispatch();
   }
 
   // Whether nothing comes between its sweeps and the next prediction but integrate and
@@ -166,10 +133,10 @@ class TiledStep {
   }
 
   // For the next piece.
-  void KeepDispatchArgs(TiledProgress& progress) const {
+  void KeepDispatchArgs() const {
     if (!Has(Feature::kTolerance)) return;
-    progress.dispatches.resize((end_sweep_index() + 1) * sizeof(shader::DispatchArgs));
-    dispatches_.Download(0, progress.dispatches);
+    progress_.dispatches.resize((end_sweep_index() + 1) * sizeof(shader::DispatchArgs));
+    dispatches_.Download(0, progress_.dispatches);
   }
 
   bool Has(KernelTrait trait) const { return kernels_.variant.Has(trait); }
@@ -230,13 +197,13 @@ class TiledStep {
   }
 
   void Dispatch(uint32_t group_count_x, uint32_t group_count_y) {
-    if (!MayDispatch()) return;
+    if (!pauses_.MayDispatch()) return;
     glDispatchCompute(group_count_x, group_count_y, 1);
     EndDispatch();
   }
 
   void DispatchIndirect(uint32_t index) {
-    if (!MayDispatch()) return;
+    if (!pauses_.MayDispatch()) return;
     glDispatchComputeIndirect(static_cast<GLintptr>(index * sizeof(shader::DispatchArgs)));
     EndDispatch();
   }
@@ -480,21 +447,8 @@ class TiledStep {
   const uint32_t colour_count_;  // colours that are solved
   gl::Buffer& dispatches_;
   uint32_t dispatch_count_ = 0;
-  struct Looks {
-    const Pause* pause = nullptr;
-    uint32_t per_look = 1;    // TiledProgress::dispatches_per_look
-    uint32_t dispatches = 0;  // since the last one
-    Clock::time_point last{};
-    bool is_due = false;
-  };
-  Looks looks_;
-  // Dispatches of a section.
-  struct Section {
-    uint32_t skipped = 0;  // were made in earlier pieces
-    uint32_t begun = 0;    // with them
-    bool is_left = false;  // some are to be made in later ones
-  };
-  Section section_;
+  TiledProgress& progress_;
+  DispatchPauses pauses_;
 };
 
 }  // namespace
@@ -514,10 +468,11 @@ uint32_t StepTiled(const VariantGroup& group, const DispatchLimits& limits,
   const std::span<const GlCloth* const> cloths(group.cloths);
   for (size_t first = 0; first < cloths.size(); first += limits.group_count_y) {
     const size_t count = std::min<size_t>(cloths.size() - first, limits.group_count_y);
-    TiledStep step(*group.kernels, group.first_item + static_cast<uint32_t>(first),
-                   cloths.subspan(first, count), dispatches);
     TiledProgress progress;
-    step.Run(progress, Pause::Never());
+    const Pause never = Pause::Never();
+    TiledStep step(*group.kernels, group.first_item + static_cast<uint32_t>(first),
+                   cloths.subspan(first, count), dispatches, progress, never);
+    step.Run();
     dispatch_count += step.dispatch_count();
   }
   return dispatch_count;
@@ -526,8 +481,8 @@ uint32_t StepTiled(const VariantGroup& group, const DispatchLimits& limits,
 bool ContinueTiled(const VariantGroup& cloth, gl::Buffer& dispatches, TiledProgress& progress,
                    const Pause& pause, uint32_t& dispatch_count) {
   cloth.BindScratch();
-  TiledStep step(*cloth.kernels, cloth.first_item, cloth.cloths, dispatches);
-  const bool is_complete = step.Run(progress, pause);
+  TiledStep step(*cloth.kernels, cloth.first_item, cloth.cloths, dispatches, progress, pause);
+  const bool is_complete = step.Run();
   dispatch_count += step.dispatch_count();
   return is_complete;
 }
