@@ -113,7 +113,8 @@ Status RenderThread::Core::Submit(PictureJob job) {
   const std::lock_guard lock(mutex_);
   if (is_stopping_) return Draining();
   const size_t waiting = queue_.size();
-  const size_t free = limits_.max_queued_pictures - std::min<size_t>(limits_.max_queued_pictures, waiting);
+  const size_t free =
+      limits_.max_queued_pictures - std::min<size_t>(limits_.max_queued_pictures, waiting);
   // An owner has at most as many places as it leaves free (SessionPermits).
   if (queue_.size_of(job.session, job.tenant) >= free) {
     Status status(StatusCode::kResourceExhausted, kTooMany,

@@ -203,8 +203,8 @@ class ClothRuntime {
   // long as the bell exists.
   void Watch(const std::shared_ptr<ChangeBell>& bell, uint32_t index);
 
-  // Work of several commands changes the cloth: until Release it is not stepped, and no request that
-  // names it starts.
+  // Work of several commands changes the cloth: until Release it is not stepped, and no request
+  // that names it starts.
   void Hold();
   void Release();
   bool is_held() const { return is_held_; }

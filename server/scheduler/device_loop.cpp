@@ -150,8 +150,7 @@ std::optional<int64_t> DeviceLoop::RestUntil_us() const {
   const int64_t now_us = clock_.NowUs();
   int64_t rest_us = now_us + kLook_us;
   for (const RequestPointer& request : requests_) {
-    // Behind one that is looked at, or until a command comes.
-    if (!request->may_start()) continue;
+    if (!request->may_start()) continue;  // behind another one, or a command that holds a cloth
     const std::optional<int64_t> until_us = HeldBackUntil_us(*request, now_us);
     if (!until_us) return std::nullopt;
     rest_us = std::min(rest_us, *until_us);

@@ -24,8 +24,7 @@ struct MapPermit {
 }  // namespace
 
 MapPool::MapPool(uint64_t max_bytes)
-    : budget_("QUOTA_EXCEEDED",
-              ByteBudget::Limit{"half of max_mesh_collider_bytes", max_bytes / 2},
+    : budget_("QUOTA_EXCEEDED", ByteBudget::Limit{"half of max_mesh_collider_bytes", max_bytes / 2},
               ByteBudget::Limit{"max_mesh_collider_bytes", max_bytes}, 0) {}
 
 Result<std::shared_ptr<const void>> MapPool::Take(const std::string& owner,

@@ -36,8 +36,8 @@ Result<std::any> RequestMemory::Begin(const std::string& request_id, uint64_t fi
     }
     std::shared_ptr<void> permit;
     if (id_budget_ != nullptr) {
-      DRAPE_ASSIGN_OR_RETURN(
-          permit, id_budget_->Take(owner_, kIdOverhead + kIdCopies * request_id.size()));
+      DRAPE_ASSIGN_OR_RETURN(permit,
+                             id_budget_->Take(owner_, kIdOverhead + kIdCopies * request_id.size()));
     }
     Entry& entry = entries_[request_id];
     entry.fingerprint = fingerprint;

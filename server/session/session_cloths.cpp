@@ -219,8 +219,8 @@ Status RunUpdate(Scheduler& scheduler, const std::string& owner,
 }  // namespace
 
 void Session::UpdateCloths(ClothList cloths, ClothChange change,
-                           std::function<void(Result<UpdatedCloths>)> done,
-                           const ModelRules& rules, std::function<Status()> stop_reason) {
+                           std::function<void(Result<UpdatedCloths>)> done, const ModelRules& rules,
+                           std::function<Status()> stop_reason) {
   DRAPE_CHECK(!cloths.empty(), "at least one cloth");
   const bool touches_itself = change.self_collision && *change.self_collision;
   for (const auto& cloth : cloths) {
@@ -259,20 +259,20 @@ void Session::UpdateCloths(ClothList cloths, ClothChange change,
   }
   const auto updater = std::make_shared<ClothUpdater>(std::move(cloths), std::move(change),
                                                       std::move(models), rules);
-  const Status status = RunUpdate(
-      commons_->scheduler, owner(), updater, std::move(stop_reason),
-      [self = shared_from_this(), updater, done](Backend&, const Status& outcome) {
-        if (!outcome.ok()) self->DropEnded(updater->cloths());
-        const auto& first = updater->cloths().front();
-        self->commons_->scheduler.Complete(
-            [done, outcome, description = first->description(), start = first->start()] {
-              if (outcome.ok()) {
-                done(UpdatedCloths{description->model, description->plan, start});
-              } else {
-                done(outcome);
-              }
-            });
-      });
+  const Status status =
+      RunUpdate(commons_->scheduler, owner(), updater, std::move(stop_reason),
+                [self = shared_from_this(), updater, done](Backend&, const Status& outcome) {
+                  if (!outcome.ok()) self->DropEnded(updater->cloths());
+                  const auto& first = updater->cloths().front();
+                  self->commons_->scheduler.Complete(
+                      [done, outcome, description = first->description(), start = first->start()] {
+                        if (outcome.ok()) {
+                          done(UpdatedCloths{description->model, description->plan, start});
+                        } else {
+                          done(outcome);
+                        }
+                      });
+                });
   if (!status.ok()) done(status);
 }
 
@@ -291,11 +291,11 @@ void Session::ResetCloths(ClothList cloths, ClothStarts starts, std::function<vo
   }
   const auto held = std::make_shared<const ClothList>(std::move(cloths));
   const size_t per_slice = ClothsPerSlice(*held);
-  std::function<void(Backend&, const Status&)> finish =
-      [self = shared_from_this(), held, done](Backend&, const Status& outcome) {
-        if (!outcome.ok()) self->DropEnded(*held);
-        self->commons_->scheduler.Complete([done, outcome] { done(outcome); });
-      };
+  std::function<void(Backend&, const Status&)> finish = [self = shared_from_this(), held, done](
+                                                            Backend&, const Status& outcome) {
+    if (!outcome.ok()) self->DropEnded(*held);
+    self->commons_->scheduler.Complete([done, outcome] { done(outcome); });
+  };
   const bool has_overrides = !starts.overrides.empty();
   const auto updater =
       has_overrides ? std::make_shared<ClothUpdater>(*held, OverridesOf(starts)) : nullptr;

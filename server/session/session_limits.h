@@ -21,8 +21,8 @@ struct SessionLimits {
   // Scene models, equal ones of an owner once, with the backend's copy of them: of all sessions; a
   // session, or a tenant, may have half.
   uint64_t max_model_bytes = uint64_t{8} << 30;
-  // Per session; and of all sessions together the answers, of which a session, or a tenant, may have
-  // a quarter, and the ids, of which it may have half.
+  // Per session; and of all sessions together the answers, of which a session, or a tenant, may
+  // have a quarter, and the ids, of which it may have half.
   RequestMemoryLimits requests;
   uint64_t max_remembered_bytes = uint64_t{1} << 30;
   uint64_t max_request_id_bytes = uint64_t{2} << 30;

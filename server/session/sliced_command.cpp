@@ -52,15 +52,15 @@ size_t ClothsPerSlice(uint32_t particle_count) {
 Status RunInSlices(Scheduler& scheduler, const std::string& owner, size_t count, size_t per_slice,
                    std::function<Status(Backend&, size_t begin, size_t end)> slice,
                    std::function<void(Backend&, const Status&)> finish) {
-  return Post(std::make_shared<SlicedWork>(SlicedWork{
-      scheduler, owner, false, count, per_slice, std::move(slice), std::move(finish)}));
+  return Post(std::make_shared<SlicedWork>(
+      SlicedWork{scheduler, owner, false, count, per_slice, std::move(slice), std::move(finish)}));
 }
 
 Status RunAsOne(Scheduler& scheduler, const std::string& owner, size_t count, size_t per_slice,
                 std::function<Status(Backend&, size_t begin, size_t end)> slice,
                 std::function<void(Backend&, const Status&)> finish) {
-  return Post(std::make_shared<SlicedWork>(SlicedWork{
-      scheduler, owner, true, count, per_slice, std::move(slice), std::move(finish)}));
+  return Post(std::make_shared<SlicedWork>(
+      SlicedWork{scheduler, owner, true, count, per_slice, std::move(slice), std::move(finish)}));
 }
 
 void ContinueAsOne(Backend& backend, Scheduler& scheduler, const std::string& owner, size_t count,

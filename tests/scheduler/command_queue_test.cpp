@@ -95,7 +95,9 @@ TEST(CommandQueue, WhatGoesOnComesBeforeAllOthersOfItsOwner) {
   CommandQueue queue;
   FakeBackend backend(std::make_shared<FakeDevice>());
   std::vector<int> done;
-  const auto command = [&](int number) { return [&, number](Backend&) { done.push_back(number); }; };
+  const auto command = [&](int number) {
+    return [&, number](Backend&) { done.push_back(number); };
+  };
   queue.Push("a", [&](Backend&) {
     done.push_back(1);
     queue.PushFirst("a", command(4));  // a checkpoint

@@ -65,9 +65,8 @@ class SlicedUpdateTest : public SessionFixture {
 
   Status Save(const ClothList& cloths, const std::string& name) {
     Awaited<Status> done;
-    session().SaveStates(cloths, name, [done](const Result<SavedSummary>& r) mutable {
-      done.Set(r.status());
-    });
+    session().SaveStates(cloths, name,
+                         [done](const Result<SavedSummary>& r) mutable { done.Set(r.status()); });
     return done.Get();
   }
   Awaited<Status> BeginLoad(const std::string& name) {

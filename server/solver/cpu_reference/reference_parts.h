@@ -9,9 +9,9 @@
 
 namespace drape::reference {
 
-// The function that does a stretch runs to its end in every piece, whatever of it is left, and gives
-// each part to Do: which ones there are must depend on nothing that the parts change. What they find
-// out is kept outside of it.
+// The function that does a stretch runs to its end in every piece, whatever of it is left, and
+// gives each part to Do: which ones there are must depend on nothing that the parts change. What
+// they find out is kept outside of it.
 class Parts {
  public:
   // `done`: parts of the stretch that earlier pieces have done.

@@ -34,8 +34,8 @@ void SolveHinges(StepContext& context);
 void DampTwist(StepContext& context);
 void Tether(StepContext& context);
 
-// One sweep each, over a range of strips, of constraints, of particles where there is one: one after
-// the other they are the whole. They return whether an error was larger than the tolerance.
+// One sweep each, over a range of strips, of constraints, of particles where there is one: one
+// after the other they are the whole. They return whether an error was larger than the tolerance.
 bool SolveStrips(StepContext& context, uint32_t begin, uint32_t end);
 bool SolveDistance(StepContext& context, uint32_t begin, uint32_t end);
 bool SolveJoints(StepContext& context);

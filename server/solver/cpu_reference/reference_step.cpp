@@ -32,7 +32,7 @@ struct Progress {
 
   uint32_t substep = 0;  // under way
   Part part = Part::kBeforeSweeps;
-  uint32_t sweep = 0;                 // of the part
+  uint32_t sweep = 0;                  // of the part
   bool have_contacts_changed = false;  // in this sweep
   // Done of the sweep, or of what else may pause within itself (Parts).
   uint32_t parts_done = 0;
@@ -121,9 +121,8 @@ bool Solve(StepContexts& contexts, ReferenceSelfContacts& self_contacts, Progres
            const Pause& pause) {
   // A sweep that has begun is ended, whatever has hit meanwhile.
   while (progress.parts_done > 0 || progress.sweep < self_contacts.SweepsAfterHits(contexts)) {
-    const bool is_done = DoParts(progress, pause, [&](Parts& parts) {
-      Sweep(contexts, self_contacts, progress, parts);
-    });
+    const bool is_done = DoParts(
+        progress, pause, [&](Parts& parts) { Sweep(contexts, self_contacts, progress, parts); });
     if (!is_done) return false;
     bool is_over = true;
     for (size_t k = 0; k < contexts.size(); ++k) {
@@ -152,10 +151,9 @@ bool SolveVelocity(StepContexts& contexts, Progress& progress, const Pause& paus
     const bool is_done = DoParts(progress, pause, [&](Parts& parts) {
       for (StepContext& context : contexts) {
         if (progress.sweep >= context.plan.solver.velocity_iterations) continue;
-        parts.DoRanges(context.model.constraint_count(), kPerPart,
-                       [&](uint32_t begin, uint32_t end) {
-                         SolveDistanceVelocities(context, begin, end);
-                       });
+        parts.DoRanges(
+            context.model.constraint_count(), kPerPart,
+            [&](uint32_t begin, uint32_t end) { SolveDistanceVelocities(context, begin, end); });
         parts.Do([&] { SolveJointVelocities(context); });
       }
     });

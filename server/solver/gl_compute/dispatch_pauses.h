@@ -15,7 +15,8 @@ namespace drape {
 // it is run.
 class DispatchPauses {
  public:
-  DispatchPauses(TiledProgress& progress, const Pause& pause) : progress_(progress), pause_(pause) {}
+  DispatchPauses(TiledProgress& progress, const Pause& pause)
+      : progress_(progress), pause_(pause) {}
 
   // Makes the dispatches of a section that have not been made yet. False: it paused before one of
   // them. `section` always runs to its end, whatever of it is left: what it tells the kernels is

@@ -27,7 +27,7 @@ struct TiledProgress {
   bool has_begun = false;
   uint32_t substep = 0;  // under way
   Part part = Part::kBeforeSweeps;
-  uint32_t sweep = 0;       // of the part
+  uint32_t sweep = 0;            // of the part
   uint32_t dispatches_done = 0;  // of the sweep, or of a part without sweeps
   // After how many dispatches the device is waited for, to know whether the pause is due: enough
   // that the wait counts little, and few enough to be in time.
