@@ -6,9 +6,8 @@
 
 namespace drape {
 
-// Asked after every sweep, dispatch or part of a stage. The time is that of the machine, whatever
-// clock the scheduler has: it bounds how long a device is kept from others, and no result depends
-// on it.
+// Asked after every sweep and every substep. The time is that of the machine, whatever clock the
+// scheduler has: it bounds how long a device is kept from others, and no result depends on it.
 class Pause {
  public:
   using TimePoint = std::chrono::steady_clock::time_point;
