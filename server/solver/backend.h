@@ -33,6 +33,7 @@ struct BackendDescription {
   bool has_worlds = false;          // StepItem::world is: cloths that touch each other
   bool has_impulses = false;        // StepItem::impulses is
   bool has_bodies = false;          // Collider::is_body is: StepReport::bodies
+  bool has_surface_contacts = false;  // ColliderContact::kSurface is
   // How a cloth of this model is stepped that touches itself or does not: "resident", "tiled",
   // "lanes", "single", "scalar". Pure; any thread.
   std::function<std::string(const SceneModel&, bool touches_itself)> plan_of;

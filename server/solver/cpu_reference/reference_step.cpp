@@ -96,6 +96,7 @@ bool Solve(StepContexts& contexts, ReferenceSelfContacts& self_contacts, Progres
       Progress::OfCloth& its = progress.cloths[k];
       if (its.is_sweeping) {
         its.has_changed |= SolveBodies(contexts[k]);
+        its.has_changed |= contexts[k].surface_contacts.Solve(contexts[k]);
         its.has_changed |= SolveContacts(contexts[k]);
       }
       its.is_sweeping = contexts[k].plan.tolerance == 0 || have_contacts_changed ||
@@ -133,6 +134,7 @@ void BeforeSweeps(StepContext& context) {
   Kick(context, context.substep.kick_before_s, context.state.positions_m,
        context.state.velocities_m_per_s);
   PredictContacts(context);
+  context.surface_contacts.Find(context);
   PredictBodies(context);
   AccelerateBySprings(context);
   Predict(context);
@@ -163,12 +165,14 @@ bool Advance(StepContexts& contexts, ReferenceSelfContacts& self_contacts, Progr
       IntegrateBodies(contexts[k]);
     }
     self_contacts.Guard(contexts);
+    for (StepContext& context : contexts) context.surface_contacts.Advance(context);
     progress.part = Part::kVelocitySweeps;
     progress.sweep = 0;
   }
   if (!SolveVelocity(contexts, progress, pause)) return false;
   for (StepContext& context : contexts) {
     CorrectBodies(context);
+    context.surface_contacts.Correct(context);
     CorrectVelocity(context);
     Kick(context, context.substep.kick_after_s, context.state.positions_m,
          context.state.velocities_m_per_s);
