@@ -188,10 +188,11 @@ std::array<ScalarOf<V>, 3> WeightsAt(const std::array<V, 3>& corners, const V& x
   return {1 - v - w, v, w};
 }
 
+// All weights are above `least`.
 template <class V>
-bool AreInside(const std::array<ScalarOf<V>, 3>& weights) {
-  constexpr auto kLeast = static_cast<ScalarOf<V>>(kLeastWeight);
-  return weights[0] > kLeast && weights[1] > kLeast && weights[2] > kLeast;
+bool AreInside(const std::array<ScalarOf<V>, 3>& weights, double least) {
+  const auto its = static_cast<ScalarOf<V>>(least);
+  return weights[0] > its && weights[1] > its && weights[2] > its;
 }
 
 template <class V>
@@ -228,7 +229,7 @@ LowestPoint<V> LowestOnTriangleAboveMap(const Solid<V>& solid, const std::array<
   for (int k = 0; k < kTriangleTries; ++k) {
     const V move = -step * slope;
     const V next = x + move;
-    if (!AreInside<V>(WeightsAt(corners, next))) {
+    if (!AreInside<V>(WeightsAt(corners, next), kLeastWeight)) {
       step /= 4;
       continue;
     }
@@ -247,7 +248,7 @@ LowestPoint<V> LowestOnTriangleAboveMap(const Solid<V>& solid, const std::array<
   const auto weights = WeightsAt(corners, best);
   // A dip inside: the slope has nearly gone.
   const Real level = Length(slope_of(best_at));
-  if (!AreInside<V>(weights) || lowest_corner - best_at.gap <= least || level > Real{0.25}) {
+  if (!AreInside<V>(weights, kLeastWeight) || lowest_corner - best_at.gap <= least || level > Real{0.25}) {
     return {.gap = bound};
   }
   const V across = Dot(best_at.normal, normal) < 0 ? V(-normal) : normal;
@@ -257,7 +258,8 @@ LowestPoint<V> LowestOnTriangleAboveMap(const Solid<V>& solid, const std::array<
 }  // namespace
 
 template <class V>
-LowestPoint<V> LowestOnEdge(const Solid<V>& solid, const V& a, const V& b, ScalarOf<V> least) {
+static LowestPoint<V> LowestBetween(const Solid<V>& solid, const V& a, const V& b,
+                                    ScalarOf<V> least) {
   const V d = b - a;
   if (!(Dot(d, d) > 0)) return {.gap = solid.At(a).gap};
   if (solid.kind() == ShapeKind::kSphere || solid.kind() == ShapeKind::kCapsule) {
@@ -270,6 +272,18 @@ LowestPoint<V> LowestOnEdge(const Solid<V>& solid, const V& a, const V& b, Scala
   // On one face: nothing is lower inside before an end leaves it.
   if (low.slope == high.slope) none.room = solid.RoomAboveFace(std::array{a, b});
   return none;
+}
+
+template <class V>
+LowestPoint<V> LowestOnEdge(const Solid<V>& solid, const V& a, const V& b, ScalarOf<V> least) {
+  using Real = ScalarOf<V>;
+  const V beyond = static_cast<Real>(kOverlap) * (b - a);
+  LowestPoint<V> lowest = LowestBetween(solid, V(a - beyond), V(b + beyond), least);
+  const Real place = Clamped(lowest.weights[1] * static_cast<Real>(1 + 2 * kOverlap) -
+                             static_cast<Real>(kOverlap));
+  lowest.weights[0] = 1 - place;
+  lowest.weights[1] = place;
+  return lowest;
 }
 
 // The normal is that of the triangle, on one side or the other, and the point that of the solid
@@ -294,7 +308,24 @@ LowestPoint<V> LowestOnTriangle(const Solid<V>& solid, const std::array<V, 3>& c
     if (gap <= lowest.gap) continue;
     lowest = {.weights = WeightsAt(corners, farthest), .normal = n, .gap = gap};
   }
-  lowest.is_inside = AreInside<V>(lowest.weights);
+  const bool is_round = solid.kind() == ShapeKind::kSphere || solid.kind() == ShapeKind::kCapsule;
+  lowest.is_inside = AreInside<V>(lowest.weights, is_round ? kLeastWeight : -kOverlap);
+  if (is_round && !lowest.is_inside) {
+    // The foot of the centre moves by a corner's way, and by the centre's distance for each height
+    // of the triangle that one corner rises against the others.
+    Real outside = 0, least_height = std::numeric_limits<Real>::max();
+    for (size_t k = 0; k < 3; ++k) {
+      const Real side = Length(V(corners[(k + 2) % 3] - corners[(k + 1) % 3]));
+      const Real height = twice_area / side;
+      least_height = std::min(least_height, height);
+      outside = std::max(outside, (static_cast<Real>(kLeastWeight) - lowest.weights[k]) * height);
+    }
+    const Real distance = std::abs(lowest.gap) + solid.offset();
+    lowest.room = outside / (2 + 2 * distance / least_height);
+  }
+  Real sum = 0;
+  for (Real& weight : lowest.weights) sum += weight = std::max(weight, Real{0});
+  for (Real& weight : lowest.weights) weight /= sum;
   return lowest;
 }
 

@@ -35,6 +35,12 @@ constexpr double kReachMargin = 0.05;
 constexpr uint32_t kLookEvery = 4;
 // Edges are expected to be no longer than this many times their length at rest [-].
 constexpr double kMostStretch = 1.5;
+// What has sunk in is pushed out at most this fast [m/s]: slower than particles are
+// (kMaxDepenetrationSpeed_m_per_s), for at the corners of a box it changes at once which triangle
+// has sunk in and by how much. Larger: cloth around corners trembles; smaller: what was thrown in
+// stays there for longer.
+constexpr double kRecovery_m_per_s = 0.1;
+
 template <class V>
 ScalarOf<V> LargestSize(const V& v) {
   return self_contact::LargestOf(self_contact::Abs(v));
@@ -273,7 +279,8 @@ bool SurfaceContacts<V>::FindPlane(SolidState& solid, size_t index, std::span<co
   contact.weights = lowest.weights;
   V point{};
   for (uint32_t k = 0; k < contact.count; ++k) point += contact.weights[k] * described[k];
-  contact.level = Dot(contact.normal, point) - lowest.gap;
+  // A dip that begins to count is at the surface, so that it begins to push with nothing.
+  contact.level = Dot(contact.normal, point) - lowest.gap - least_dip_;
   contact.found_in = substep_;
   contact.found_at = solid.travel;
   return true;
@@ -297,7 +304,7 @@ void SurfaceContacts<V>::Activate(const SolidState& solid, Contact& contact,
   contact.push_along = placed.TurnedAtEnd(contact.normal);
   contact.surface_way = placed.WayOf(place);
   contact.floor =
-      std::min(contact.gap + static_cast<Real>(kMaxDepenetrationSpeed_m_per_s) * h, Real{0});
+      std::min(contact.gap + static_cast<Real>(kRecovery_m_per_s) * h, Real{0});
   // What lies on the surface, to rounding, is moved by its way alone, which has all its digits.
   const Real rounding = static_cast<Real>(kTouchRoundOffs / 2) *
                         std::numeric_limits<Real>::epsilon() *
