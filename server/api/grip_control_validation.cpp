@@ -21,6 +21,8 @@ bool CheckColumns(const FieldPath& path, const v1::GripControls& controls, size_
                            "3 per row") &
          CheckColumn(path.Child("particles"), controls.particles_size(), rows, violations) &
          CheckColumn(path.Child("radii_m"), controls.radii_m_size(), rows, violations) &
+         CheckColumn(path.Child("largest_forces_n"), controls.largest_forces_n_size(), rows,
+                     violations) &
          CheckOverColumn(path.Child("over_s"), controls.over_s(), rows, violations);
 }
 
@@ -70,6 +72,11 @@ std::vector<ControlRow<GripControl>> CheckGripControls(const v1::GripControls& c
     const bool is_search = control.action == GripAction::kGrabNearest;
     violations.InRange(path.Child("radii_m").At(r), control.radius_m,
                        is_search ? Positive(kMaxExtent_m, "m") : Range{0, kMaxExtent_m, "m"});
+    if (!controls.largest_forces_n().empty()) {
+      const double force_n = controls.largest_forces_n(row);
+      violations.InRange(path.Child("largest_forces_n").At(r), force_n, {0, kMaxGripForce_n, "N"});
+      if (force_n > 0) control.largest_force_n = force_n;
+    }
     result.push_back({ClothId::FromPacked(controls.cloth_ids(row)), control});
   }
   return result;

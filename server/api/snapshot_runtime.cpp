@@ -47,6 +47,12 @@ v1::RuntimeSnapshot::Grips ToMessage(const GripTrack& grips) {
     AppendValue(slot.offset_m, message.mutable_offsets_m());
     AppendMotion(slot.motion, *message.mutable_motions());
   }
+  if (grips.has_largest_forces()) {
+    for (const GripTrack::Slot& slot : grips.slots()) {
+      const bool has_limit = slot.largest_force_n < GripTrack::kNoLimit_n;
+      message.add_largest_forces_n(has_limit ? slot.largest_force_n : 0);
+    }
+  }
   message.mutable_motions()->set_is_settled(grips.is_settled());
   return message;
 }
@@ -67,7 +73,11 @@ GripTrack CheckGrips(const FieldPath& path, const v1::RuntimeSnapshot::Grips& me
   if (!(violations.Length(path.Child("particles"), static_cast<size_t>(message.particles_size()),
                           count, "max_grips") &
         violations.Length(path.Child("offsets_m"), static_cast<size_t>(message.offsets_m_size()),
-                          3 * count, "3 per grip")) ||
+                          3 * count, "3 per grip") &
+        (message.largest_forces_n().empty() ||
+         violations.Length(path.Child("largest_forces_n"),
+                           static_cast<size_t>(message.largest_forces_n_size()), count,
+                           "max_grips"))) ||
       motions.size() != count) {
     return track;
   }
@@ -77,6 +87,11 @@ GripTrack CheckGrips(const FieldPath& path, const v1::RuntimeSnapshot::Grips& me
                          .offset_m = Vector3d(message.offsets_m().data() + 3 * k),
                          .motion = motions[k]};
     bool is_legal = IsWithin(slot.offset_m, 2 * kMaxTarget_m);
+    if (!message.largest_forces_n().empty()) {
+      const double force_n = message.largest_forces_n(static_cast<int>(k));
+      is_legal &= force_n >= 0 && force_n <= kMaxGripForce_n;
+      if (force_n > 0) slot.largest_force_n = force_n;
+    }
     if (const int32_t particle = message.particles(static_cast<int>(k)); particle != -1) {
       slot.particle = static_cast<uint32_t>(particle);
       is_legal &= motions[k].goal.has_value() && MayHold(slots, *slot.particle, owner.model);

@@ -342,7 +342,7 @@ void ActiveRequest::ApplyGrips(Backend& backend) {
     const auto particle = GrabbedBy(control, cloth, state.positions_m, first_row);
     if (!particle) continue;
     grips.Grab(control.slot, *particle, VectorAt(state.positions_m, first_row + *particle),
-               control.place_m, cloth.now().time_s);
+               control.place_m, cloth.now().time_s, control.largest_force_n);
   }
 }
 

@@ -123,6 +123,9 @@ void ClothRuntime::CompleteStep(const StepReport& report) {
     ++state_version_;
     progress_.warnings.Count(report.warnings);
     FollowBodies(report);
+    if (report.impulses != nullptr) {
+      controls_.grips().OpenOverloaded(*report.impulses, time_step_s_);
+    }
   }
   sleep_.CompleteStep(report);
   TellChange();

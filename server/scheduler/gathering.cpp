@@ -19,15 +19,22 @@ void Gathering::EndBatch(int64_t batch_us) {
   delay_us_ = std::min(static_cast<int64_t>(kBatches * batch_us_), max_delay_us_);
 }
 
+void Gathering::Count(const Visitor& visitor, bool is_away) {
+  const uint32_t change = is_away ? 1 : -1u;  // modulo 2^32
+  if (visitor.comes_back) awaited_count_ += change;
+  if (visitor.is_quick) quick_count_ += change;
+  if (visitor.comes_back && visitor.is_quick) quick_awaited_count_ += change;
+}
+
 void Gathering::Arrive(const std::string& session, int64_t now_us) {
   const auto found = sessions_.find(session);
   if (found == sessions_.end() || !found->second.is_away) return;
   Visitor& visitor = found->second;
-  awaited_count_ -= visitor.comes_back;
+  Count(visitor, false);
   visitor.is_away = false;
   const int64_t away_us = now_us - visitor.answered_us;
   visitor.comes_back = away_us < delay_us_;
-  visitor.is_quick = away_us < kSpin_us;
+  visitor.is_quick = away_us < spin_us_;
 }
 
 void Gathering::Answer(const std::string& session, uint32_t left, int64_t now_us) {
@@ -35,29 +42,36 @@ void Gathering::Answer(const std::string& session, uint32_t left, int64_t now_us
   Visitor& visitor = sessions_[session];
   visitor.answered_us = now_us;
   visitor.is_away = true;
-  awaited_count_ += visitor.comes_back;
+  Count(visitor, true);
 }
 
 int64_t Gathering::SpinUntil() const {
-  if (awaited_count_ != 1) return 0;
-  const auto awaited = std::find_if(sessions_.begin(), sessions_.end(), [](const auto& entry) {
-    return entry.second.is_away && entry.second.comes_back;
+  if (quick_count_ != 1 || awaited_count_ != quick_awaited_count_) return 0;
+  const auto quick = std::find_if(sessions_.begin(), sessions_.end(), [](const auto& entry) {
+    return entry.second.is_away && entry.second.is_quick;
   });
-  const Visitor& visitor = awaited->second;
-  return visitor.is_quick ? visitor.answered_us + std::min(kSpin_us, delay_us_) : 0;
+  return quick->second.answered_us + spin_us_;
+}
+
+bool Gathering::IsOver(Visitor& visitor, int64_t now_us) {
+  const int64_t away_us = now_us - visitor.answered_us;
+  Count(visitor, false);
+  visitor.comes_back &= away_us < delay_us_;
+  visitor.is_quick &= away_us < spin_us_;
+  Count(visitor, true);
+  return away_us >= std::max(delay_us_, spin_us_);
 }
 
 std::optional<int64_t> Gathering::WaitUntil(int64_t now_us) {
   std::optional<int64_t> until_us;
   for (auto entry = sessions_.begin(); entry != sessions_.end();) {
-    const Visitor& visitor = entry->second;
-    const int64_t awaited_until_us = visitor.answered_us + delay_us_;
-    if (visitor.is_away && awaited_until_us <= now_us) {
-      awaited_count_ -= visitor.comes_back;
+    Visitor& visitor = entry->second;
+    if (visitor.is_away && IsOver(visitor, now_us)) {
       entry = sessions_.erase(entry);
       continue;
     }
     if (visitor.is_away && visitor.comes_back) {
+      const int64_t awaited_until_us = visitor.answered_us + delay_us_;
       until_us = std::max(until_us.value_or(awaited_until_us), awaited_until_us);
     }
     ++entry;

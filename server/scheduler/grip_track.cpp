@@ -26,11 +26,11 @@ Eigen::Vector3d GripTrack::PositionAt(uint32_t slot, double time_s) const {
 }
 
 void GripTrack::Grab(uint32_t slot, uint32_t particle, const Eigen::Vector3d& position_m,
-                     const Eigen::Vector3d& place_m, double now_s) {
+                     const Eigen::Vector3d& place_m, double now_s, double largest_force_n) {
   for (Slot& other : slots_) {
     if (other.particle == particle) other = {};
   }
-  At(slot) = {particle, position_m - place_m, {position_m, position_m, now_s, 0}};
+  At(slot) = {particle, position_m - place_m, {position_m, position_m, now_s, 0}, largest_force_n};
   is_settled_ = false;
 }
 
@@ -48,6 +48,21 @@ void GripTrack::Release(uint32_t slot) {
   if (!At(slot).particle) return;
   At(slot) = {};
   is_settled_ = false;
+}
+
+bool GripTrack::has_largest_forces() const {
+  return std::ranges::any_of(
+      slots_, [](const Slot& slot) { return slot.particle && slot.largest_force_n < kNoLimit_n; });
+}
+
+void GripTrack::OpenOverloaded(const StepImpulses& impulses, double duration_s) {
+  for (size_t k = 0; k < impulses.gripped_particles.size(); ++k) {
+    const double force_n = impulses.grips_n_s[k].norm() / duration_s;
+    for (uint32_t slot = 0; slot < slots_.size(); ++slot) {
+      if (slots_[slot].particle != impulses.gripped_particles[k]) continue;
+      if (force_n > slots_[slot].largest_force_n) Release(slot);
+    }
+  }
 }
 
 void GripTrack::ReleasePins(const SceneModel& model) {

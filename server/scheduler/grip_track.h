@@ -3,6 +3,7 @@
 
 #include <Eigen/Core>
 #include <cstdint>
+#include <limits>
 #include <optional>
 #include <span>
 #include <utility>
@@ -11,6 +12,7 @@
 #include "server/scene/scene_model.h"
 #include "server/scheduler/motion.h"
 #include "server/solver/backend.h"
+#include "server/solver/step_impulses.h"
 
 namespace drape {
 
@@ -23,7 +25,9 @@ class GripTrack {
     Eigen::Vector3d offset_m = Eigen::Vector3d::Zero();
     // Of the particle.
     Motion<Eigen::Vector3d> motion{Eigen::Vector3d::Zero(), std::nullopt, 0, 0};
+    double largest_force_n = kNoLimit_n;
   };
+  static constexpr double kNoLimit_n = std::numeric_limits<double>::infinity();
 
   // All open.
   void Start(uint32_t slot_count) { slots_.assign(slot_count, {}); }
@@ -40,11 +44,15 @@ class GripTrack {
   // The grip is at `place_m`, and what it grabs stays where it is. A slot that held the particle
   // opens; so does this one first.
   void Grab(uint32_t slot, uint32_t particle, const Eigen::Vector3d& position_m,
-            const Eigen::Vector3d& place_m, double now_s);
+            const Eigen::Vector3d& place_m, double now_s, double largest_force_n = kNoLimit_n);
   // What it holds leaves for `place_m` and its offset, over `over_s` seconds. Nothing if it is
   // open.
   void Hold(uint32_t slot, const Eigen::Vector3d& place_m, double over_s, double now_s);
   void Release(uint32_t slot);
+  // Whether a force may open what is closed; then OpenOverloaded wants the impulses of each step.
+  bool has_largest_forces() const;
+  // Opens the slots that were pulled harder, on average over a step of this duration.
+  void OpenOverloaded(const StepImpulses& impulses, double duration_s);
   // Slots that hold a pin of `model` open.
   void ReleasePins(const SceneModel& model);
 

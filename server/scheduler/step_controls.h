@@ -3,6 +3,7 @@
 
 #include <Eigen/Core>
 #include <cstdint>
+#include <limits>
 #include <vector>
 
 #include "server/core/status.h"
@@ -48,6 +49,9 @@ enum class GripAction {
   kRelease,
 };
 
+// Limit on GripControl::largest_force_n that is one [N].
+inline constexpr double kMaxGripForce_n = 1e9;
+
 // Moves, closes or opens a grip. Several of one slot act one after the other.
 struct GripControl {
   uint32_t slot = 0;  // below max_grips of the cloth
@@ -56,6 +60,8 @@ struct GripControl {
   double radius_m = 0;
   Eigen::Vector3d place_m = Eigen::Vector3d::Zero();
   double over_s = 0;  // of kHold
+  // Of what grabs: above it the grip opens [N].
+  double largest_force_n = std::numeric_limits<double>::infinity();
 };
 
 // A control and its cloth, as an index into StepWork::cloths. Cloth frame.

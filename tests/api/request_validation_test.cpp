@@ -253,6 +253,16 @@ INSTANTIATE_TEST_SUITE_P(
         BadStep{"FewGrippedParticles",
                 [](auto& r) { r.mutable_grip_controls()->mutable_particles()->RemoveLast(); },
                 "grip_controls.particles", "has 3 elements, needs 4"},
+        BadStep{"FewGripForces",
+                [](auto& r) { r.mutable_grip_controls()->add_largest_forces_n(1); },
+                "grip_controls.largest_forces_n", "has 1 elements, needs 4"},
+        BadStep{"NegativeGripForce",
+                [](auto& r) {
+                  for (const double n : {0.0, -1.0, 0.0, 0.0}) {
+                    r.mutable_grip_controls()->add_largest_forces_n(n);
+                  }
+                },
+                "grip_controls.largest_forces_n[1]", "-1 is not in [0, "},
         BadStep{"ShortTransforms",
                 [](auto& r) { r.mutable_resets()->mutable_transforms()->RemoveLast(); },
                 "resets.transforms", "has 6 elements, needs 7"},
@@ -368,6 +378,12 @@ TEST(StepRules, GripControlsAreRead) {
   step = CheckStep(request, 10);
   ASSERT_TRUE(step.ok()) << step.status().ToString();
   EXPECT_EQ(step->controls.grips[0].control.particle, 0u);
+  EXPECT_EQ(step->controls.grips[0].control.largest_force_n, GripTrack::kNoLimit_n);
+  for (const double n : {0.0, 2.5, 0.0, 0.0}) grips->add_largest_forces_n(n);
+  step = CheckStep(request, 10);
+  ASSERT_TRUE(step.ok()) << step.status().ToString();
+  EXPECT_EQ(step->controls.grips[0].control.largest_force_n, GripTrack::kNoLimit_n) << "0: none";
+  EXPECT_EQ(step->controls.grips[1].control.largest_force_n, 2.5);
 }
 
 TEST(StepRules, AnEmptyViewAsksForPositionsAndNoViewForNothing) {

@@ -101,7 +101,8 @@ TEST_F(Naming, RealNumbersCarryTheirUnit) {
                                               "measurements",
                                               "range"};  // of the quantity that the colours show
   const char* kUnits =
-      ".*_(m|m2|kg|s|ms|us|hz|j|rad|m_per_s|m_per_s2|kg_per_m2|kg_per_m3|n_per_m|n_s_per_m|m_per_n|"
+      ".*_(m|m2|kg|n|s|ms|us|hz|j|rad|m_per_s|m_per_s2|kg_per_m2|kg_per_m3|n_per_m|n_s_per_m|m_per_"
+      "n|"
       "per_s)";
   for (const Descriptor* message : descriptors_.Messages()) {
     for (int k = 0; k < message->field_count(); ++k) {

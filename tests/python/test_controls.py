@@ -53,6 +53,26 @@ def test_a_grip_has_the_same_bits_alone_and_beside_others(session, cloths):
         assert bits(cloths.step().positions[:1]) == bits(alone.step().positions)
 
 
+def test_a_grip_opens_when_it_is_pulled_too_hard(cloths):
+    cloths.grip(0, particles=[0], largest_force_n=[[0.01], [100.0]])  # 0.2 kg/m^2
+    assert cloths.step(20, grips=True).grips.particles[:, 0].tolist() == [-1, 0]
+    cloths.grip(0, nearest_to=np.zeros((2, 1, 3)), radius_m=10, largest_force_n=-1)
+    with pytest.raises(drape.InvalidArgument, match="largest_forces_n"):
+        cloths.step()
+
+
+def test_a_grip_with_a_limit_is_the_same_after_a_snapshot(session, cloths):
+    cloths.grip(0, particles=[0], largest_force_n=[[1.0], [1e6]])
+    cloths.step(3)
+    copies = session.restore(cloths.snapshot())
+    assert (cloths.step(grips=True).grips.particles[:, 0] == 0).all()
+    copies.step()
+    for batch in (cloths, copies):
+        batch.move_grips(0, np.array([[[0, 3, 0]]] * 2), over_s=0.1)
+        answer = batch.step(12, grips=True)
+        assert answer.grips.particles[:, 0].tolist() == [-1, 0]
+
+
 def test_reset_opens_grips(cloths):
     cloths.grip(0, particles=[0])
     cloths.step()

@@ -103,9 +103,34 @@ TEST_F(GatheringTest, OneThatCameBackQuicklyIsLookedFor) {
   EXPECT_EQ(gathering.SpinUntil(), 0) << "nobody is";
 }
 
-TEST_F(GatheringTest, NobodyIsLookedForLongerThanAwaited) {
-  Show("a", 100, 5000);
-  EXPECT_EQ(gathering_.SpinUntil(), 5000 + kDelay_us);
+// Steps of some microseconds: the way of a request takes longer than a batch waits for it.
+TEST_F(GatheringTest, OneThatIsQuickIsLookedForThoughNoBatchWaitsForIt) {
+  constexpr int64_t kAway_us = Gathering::kSpin_us - 1;
+  ASSERT_LT(kDelay_us, kAway_us);
+  Show("a", kAway_us, 5000);
+  EXPECT_EQ(gathering_.awaited_count(), 0u);
+  EXPECT_EQ(gathering_.WaitUntil(5000), std::nullopt);
+  EXPECT_EQ(gathering_.SpinUntil(), 5000 + Gathering::kSpin_us);
+  EXPECT_EQ(gathering_.WaitUntil(5000 + kDelay_us), std::nullopt);
+  gathering_.Arrive("a", 5000 + kAway_us);
+  EXPECT_EQ(gathering_.SpinUntil(), 0) << "it is there";
+  gathering_.Answer("a", 0, 6000);
+  EXPECT_EQ(gathering_.SpinUntil(), 6000 + Gathering::kSpin_us);
+}
+
+TEST_F(GatheringTest, WhoStaysAwayIsNotLookedFor) {
+  Show("a", 10, 5000);
+  EXPECT_EQ(gathering_.WaitUntil(5000 + Gathering::kSpin_us), std::nullopt);
+  EXPECT_EQ(gathering_.SpinUntil(), 0);
+  Show("b", Gathering::kSpin_us - 1, 9000);
+  EXPECT_EQ(gathering_.SpinUntil(), 9000 + Gathering::kSpin_us) << "the other is forgotten";
+}
+
+TEST_F(GatheringTest, NobodyIsLookedForIfBatchesDoNotWait) {
+  Gathering none(0);
+  none.EndBatch(kBatch_us);
+  ShowTo(none, "a", 0, 5000);
+  EXPECT_EQ(none.SpinUntil(), 0);
 }
 
 // Else a small batch, which leaves no time for the others, would be followed by a small batch.

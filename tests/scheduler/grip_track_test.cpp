@@ -74,6 +74,27 @@ TEST(GripTrack, AnOpenGripDoesNotMove) {
   EXPECT_FALSE(track.has_changed());
 }
 
+TEST(GripTrack, WhatIsPulledTooHardOpens) {
+  GripTrack track;
+  track.Start(3);
+  track.Grab(0, 7, {0, 0, 0}, {0, 0, 0}, 0, 2.0);
+  track.Grab(1, 4, {1, 0, 0}, {1, 0, 0}, 0);
+  EXPECT_TRUE(track.has_largest_forces());
+  track.GripsForStep(1);
+  StepImpulses impulses;
+  impulses.gripped_particles = {4, 7};
+  impulses.grips_n_s = {{100, 0, 0}, {0, 0.6, -0.8}};
+  track.OpenOverloaded(impulses, 0.5);  // 2 N: no harder
+  EXPECT_EQ(ParticlesOf(track.GripsForStep(2)), (std::vector<uint32_t>{4, 7}));
+  EXPECT_FALSE(track.has_changed());
+  track.OpenOverloaded(impulses, 0.49);
+  EXPECT_EQ(ParticlesOf(track.GripsForStep(3)), (std::vector<uint32_t>{4})) << "without a limit";
+  EXPECT_TRUE(track.has_changed());
+  EXPECT_FALSE(track.has_largest_forces());
+  track.Grab(0, 7, {0, 0, 0}, {0, 0, 0}, 0);
+  EXPECT_FALSE(track.has_largest_forces()) << "the limit is that of a grab";
+}
+
 TEST(GripTrack, APinIsNotHeldAnyLonger) {
   GripTrack track;
   track.Start(2);

@@ -100,6 +100,43 @@ TEST_P(ImpulseCalls, SayWhatAGripCarries) {
   EXPECT_LT(answer.grips().impulses_n_s(4), -0.5 * 0.2 * kG / 60);
 }
 
+// A sheet that hangs still by a corner pulls the grip with its weight.
+TEST_P(ImpulseCalls, AGripOpensAboveItsLargestForce) {
+  const double weight_n = 0.2 * kG;
+  v1::CreateClothsRequest creation = Sheets(1);
+  creation.mutable_spec()->clear_pins();
+  creation.mutable_spec()->set_max_grips(1);
+  creation.mutable_spec()->mutable_material()->set_damping_per_s(5);
+  const Ids ids = Create(*stub_, creation);
+  const auto grabbing = [&](double largest_force_n, uint32_t steps) {
+    v1::StepRequest request = Asking(ids, steps);
+    request.set_grip_states(true);
+    v1::GripControls& grips = *request.mutable_grip_controls();
+    grips.add_cloth_ids(ids[0]);
+    grips.add_slots(0);
+    grips.add_actions(v1::GripControls::GRAB_PARTICLE);
+    grips.add_particles(0);
+    for (int axis = 0; axis < 3; ++axis) grips.add_targets_m(0);
+    if (largest_force_n > 0) grips.add_largest_forces_n(largest_force_n);
+    return request;
+  };
+  v1::StepResponse answer = Step(*stub_, grabbing(0, 600));
+  ASSERT_EQ(answer.grips().particles(0), 0);
+  // What still swings after ten seconds has fallen by e^-25; one step has c h / 2 of the weight as
+  // damping (method.md), 1 %.
+  ASSERT_NEAR(answer.grips().impulses_n_s(1) * -60, weight_n, 0.012 * weight_n);
+  answer = Step(*stub_, grabbing(1.02 * weight_n, 60));
+  EXPECT_EQ(answer.grips().particles(0), 0) << "it holds";
+  answer = Step(*stub_, grabbing(0.98 * weight_n, 1));
+  EXPECT_EQ(answer.grips().particles(0), -1) << "it opens when the step ends";
+  EXPECT_NEAR(answer.grips().impulses_n_s(1), 0, 1e-12) << "of an open grip";
+  // Nobody asks for impulses: the limit holds all the same.
+  v1::StepRequest request = grabbing(0.5 * weight_n, 30);
+  request.clear_impulses();
+  answer = Step(*stub_, request);
+  EXPECT_EQ(answer.grips().particles(0), -1);
+}
+
 // At rest a sheet sleeps, and pulls as before.
 TEST_P(ImpulseCalls, ASheetAsleepStillWeighs) {
   v1::CreateClothsRequest creation = Sheets(1);
@@ -118,6 +155,25 @@ TEST_P(ImpulseCalls, ASheetAsleepStillWeighs) {
   double sum = 0;
   for (int pin = 0; pin < 5; ++pin) sum += answer.pin_impulses().impulses_n_s(3 * pin + 1);
   EXPECT_NEAR(sum, -0.2 * kG / 60, 0.05 * 0.2 * kG / 60);
+}
+
+TEST_P(RefusedImpulses, SoAreGripsWithALargestForce) {
+  v1::CreateClothsRequest creation = Sheets(1);
+  creation.mutable_spec()->set_max_grips(1);
+  const Ids ids = Create(*stub_, creation);
+  v1::StepRequest request = StepsOf(session_, ids, 1);
+  v1::GripControls& grips = *request.mutable_grip_controls();
+  grips.add_cloth_ids(ids[0]);
+  grips.add_slots(0);
+  grips.add_actions(v1::GripControls::GRAB_PARTICLE);
+  grips.add_particles(12);
+  for (int axis = 0; axis < 3; ++axis) grips.add_targets_m(0);
+  grips.add_largest_forces_n(1);
+  const auto refused = Call(*stub_, &Stub::Step, request);
+  EXPECT_EQ(refused.status.error_code(), grpc::StatusCode::INVALID_ARGUMENT);
+  EXPECT_THAT(FieldsOf(refused.status), ElementsAre("grip_controls.largest_forces_n"));
+  grips.set_largest_forces_n(0, 0);
+  EXPECT_TRUE(Call(*stub_, &Stub::Step, request).status.ok()) << "0 is no limit";
 }
 
 TEST_P(RefusedImpulses, AreAnErrorThatNamesTheField) {

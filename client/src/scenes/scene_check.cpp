@@ -128,6 +128,7 @@ void CheckGripTarget(const v1::Scene& scene, const v1::SceneControl& control,
   const bool is_release = target.action() == v1::GripControls::RELEASE;
   CheckVector(target.target_m(), /*may_be_empty=*/is_release, path + ".target_m");
   CheckNotNegative(target.over_s(), path + ".over_s");
+  CheckNotNegative(target.largest_force_n(), path + ".largest_force_n");
   if (target.action() == v1::GripControls::GRAB_NEAREST) {
     CheckPositive(target.radius_m(), path + ".radius_m");
   }

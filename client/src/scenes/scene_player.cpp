@@ -69,6 +69,7 @@ void AddGrip(ClothId cloth, const v1::GripTarget& target, v1::GripControls* tabl
     table->add_targets_m(target.target_m().empty() ? 0 : target.target_m(axis));
   }
   table->add_over_s(target.over_s());
+  table->add_largest_forces_n(target.largest_force_n());
 }
 
 }  // namespace

@@ -64,6 +64,7 @@ ContactSurface::ContactSurface(const SceneModel& model)
   FindNeighbours();
   FindSurroundings();
   BuildTree();
+  flat_sheet_ = self_contact::FlatSheet::Of(rest_positions_, triangles_);
 }
 
 ContactSurface::ContactSurface(std::span<const SurfaceMember> members) {

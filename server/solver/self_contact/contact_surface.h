@@ -5,12 +5,14 @@
 #include <array>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <span>
 #include <unordered_map>
 #include <vector>
 
 #include "server/scene/scene_model.h"
 #include "server/solver/self_contact/closest_points.h"
+#include "server/solver/self_contact/flat_sheet.h"
 
 namespace drape {
 
@@ -119,6 +121,8 @@ class ContactSurface {
     return self_contact::AreNear(rest_boxes_[patch], rest_boxes_[other],
                                  self_contact::Splat<self_contact::Vector3d>(distance_m));
   }
+  // Of one cloth that is one.
+  const std::optional<self_contact::FlatSheet>& flat_sheet() const { return flat_sheet_; }
   // Height of a triangle above its longest edge in the rest shape [m].
   double rest_height_m(uint32_t triangle) const { return rest_heights_[triangle]; }
 
@@ -152,6 +156,7 @@ class ContactSurface {
   std::vector<uint32_t> neighbour_offsets_;  // [patch_count + 1] of neighbours_, by their first
   std::vector<uint32_t> surroundings_, surroundings_offsets_;  // of neighbours_, by either
   std::vector<ContactNode> nodes_;
+  std::optional<self_contact::FlatSheet> flat_sheet_;
   // Only of several: of each particle, node and member.
   std::vector<uint32_t> particle_members_;
   std::vector<uint32_t> node_members_;

@@ -160,11 +160,26 @@ bool SelfContacts<V>::FindPatches(uint32_t substeps) {
       drift_scale_ * (static_cast<Real>(kDriftThickness) * numbers_.thicknesses.most +
                       static_cast<Real>(kDriftEdge) * numbers_.edge_length +
                       static_cast<Real>(kDriftFall / 2) * numbers_.gravity * duration * duration);
+  if (IsFlat(duration)) {
+    patch_pairs_.clear();
+    has_all_patches_ = true;
+    return true;
+  }
   has_all_patches_ =
       search_.Find(*surface_, {found_positions_, found_velocities_, duration, drift_},
                    numbers_.thicknesses.most, patch_pairs_);
   if (has_all_patches_ && substeps == numbers_.substeps) DropFarPatches();
   return has_all_patches_ && patch_pairs_.empty();
+}
+
+// Whether the cloth is a sheet that lies so flat that nothing of it comes near anything in this
+// time.
+template <class V>
+bool SelfContacts<V>::IsFlat(Real duration) const {
+  const std::optional<FlatSheet>& sheet = surface_->flat_sheet();
+  if (!sheet) return false;
+  const Real share = (numbers_.thicknesses.most + drift_) / static_cast<Real>(sheet->least_gap_m());
+  return sheet->KeepsApart<V>(found_positions_, found_velocities_, duration, share);
 }
 
 // Neighbours in waves are not flat, and yet far from each other. Where there are few such pairs,

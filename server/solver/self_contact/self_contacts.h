@@ -103,6 +103,7 @@ class SelfContacts {
   // Pairs of patches, for at most so many substeps.
   void Search(std::span<const V> positions, std::span<const V> velocities, uint32_t most_substeps);
   bool FindPatches(uint32_t substeps);
+  bool IsFlat(Real duration) const;
   // Drops pairs of patches that turn out to be too far apart for the time of the search.
   void DropFarPatches();
   // How far particles are from where the search expected them, relative to each other [m]; infinite

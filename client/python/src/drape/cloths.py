@@ -325,13 +325,16 @@ class ClothsBase(Controls):
         self.ids.flags.writeable = False
         self._all_ids = self.ids.tolist()
         self._row_of = {cloth: row for row, cloth in enumerate(self._all_ids)}
+        self._all_rows = np.arange(len(self._all_ids))
+        self._all_rows.flags.writeable = False
+        # What names every cloth in a request to step.
+        self._step_all = v1.StepRequest(cloth_ids=self._all_ids).SerializeToString()
 
     def _rows_or_all(self, ids):
-        rows = columns.rows_of(ids, self.num)
-        return np.arange(self.num) if rows is None else rows
+        return self._every(columns.rows_of(ids, self.num))
 
     def _every(self, rows):
-        return np.arange(self.num) if rows is None else rows
+        return self._all_rows if rows is None else rows
 
     def _ids_list(self, rows):
         return self._all_ids if rows is None else self.ids[rows].tolist()
@@ -355,7 +358,10 @@ class ClothsBase(Controls):
         extent = {"until_step": until} if until is not None else {"steps": checks.whole("steps", steps, 1, 2**32 - 1)}
         request = checks.message(v1.StepRequest, session=self._session.name, report=report, view=view,
                                  expected_step=expected, **extent, **fields)
-        columns.fill(request, {"cloth_ids": self._ids_list(rows)})
+        if rows is None:
+            request.MergeFromString(self._step_all)
+        else:
+            columns.fill(request, {"cloth_ids": self._ids_list(rows)})
         self._pending.take(request, self.ids, rows, self.num)
         return request
 
@@ -365,13 +371,13 @@ class ClothsBase(Controls):
         answer = states.Answer(every, np.array(response.steps, np.uint64), timing=response.timing,
                                faulted=np.zeros(len(every), bool), reports=list(response.reports))
         self.step_count[every] = answer.step_count
-        if response.faulted_cloth_ids or self.faulted.any():
+        if response.faulted_cloth_ids or np.count_nonzero(self.faulted):
             self.faulted[every] = False
             self.faulted[[self._row_of[cloth] for cloth in response.faulted_cloth_ids]] = True
             answer.faulted = self.faulted[every]
-        self.timing = response.timing
+        self.timing = answer.timing
         if len(every):
-            self._connection.told_steps[self._session.name] = int(answer.step_count.max())
+            self._connection.told_steps[self._session.name] = int(answer.step_count[answer.step_count.argmax()])
         if request.grip_states:
             answer.grips = states.Grips.of(response.grips, len(every))
         if request.impulses:

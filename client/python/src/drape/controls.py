@@ -8,7 +8,7 @@ import numpy as np
 
 from . import checks, columns, errors, v1
 
-_GRIP_COLUMNS = {"particles": 0, "radii_m": 0.0, "over_s": 0.0}
+_GRIP_COLUMNS = {"particles": 0, "radii_m": 0.0, "over_s": 0.0, "largest_forces_n": 0.0}
 
 
 class Controls:
@@ -88,28 +88,32 @@ class Controls:
 
     # --- grips
 
-    def grip(self, slots, *, particles=None, nearest_to=None, radius_m=None, at=None, ids=None) -> None:
+    def grip(self, slots, *, particles=None, nearest_to=None, radius_m=None, at=None, largest_force_n=None,
+             ids=None) -> None:
         """Grabs particles from the start of the next step on: they move with the grip until it is released. The spec
         needs `max_grips`. Costs no new model, and cloths that hold different particles are stepped side by side.
 
         slots: the k grips, [k] or [m, k], each below max_grips. Either particles: [k] or [m, k], however far away; or
         nearest_to [m]: [m, k, 3] in the environment, within radius_m [m] (a number or [m, k]): the nearest that nothing
         holds; the grip stays open if there is none (`Answer.grips` tells). at [m]: [m, k, 3], where the grip of
-        `particles` is; None: at the particle. What is grabbed keeps its offset from the grip.
+        `particles` is; None: at the particle. What is grabbed keeps its offset from the grip. largest_force_n [N], a
+        number or [m, k]: the grip opens at the end of a step over which the cloth pulls it harder on average; costs as
+        much as `step(impulses=True)`, and is refused by the backend gl.
         """
         if (particles is None) == (nearest_to is None) or (nearest_to is None) != (radius_m is None):
             raise errors.bad_field("grip", "give particles, or nearest_to and radius_m")
         rows = self._rows_or_all(ids)
         shape = (len(rows), columns.last_length("slots", slots))
+        limits = {} if largest_force_n is None else {"largest_forces_n": largest_force_n}
         if particles is None:
-            self._grips("GRAB_NEAREST", slots, rows, shape, places=nearest_to, radii_m=radius_m)
+            self._grips("GRAB_NEAREST", slots, rows, shape, places=nearest_to, radii_m=radius_m, **limits)
             return
         grabbed = columns.whole("particles", particles, shape)
         if at is None:
             if grabbed.size and grabbed.max() >= self.particles:
                 raise errors.bad_field("particles", f"{grabbed.max()} is not below {self.particles}")
             at = self.positions[rows[:, None], grabbed] - self._origins_of(rows)[:, None]
-        self._grips("GRAB_PARTICLE", slots, rows, shape, places=at, particles=grabbed)
+        self._grips("GRAB_PARTICLE", slots, rows, shape, places=at, particles=grabbed, **limits)
 
     def move_grips(self, slots, targets, over_s=0.0, ids=None) -> None:
         """Moves grips in a straight line to targets [m] [m, k, 3], each in its cloth's environment; slots and over_s as

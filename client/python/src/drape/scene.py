@@ -231,9 +231,9 @@ class Player:
         if grip.action == actions.HOLD:
             cloths.move_grips(slots, place, grip.over_s, ids=[row])
         elif grip.action == actions.GRAB_PARTICLE:
-            cloths.grip(slots, particles=[grip.particle], at=place, ids=[row])
+            cloths.grip(slots, particles=[grip.particle], at=place, largest_force_n=grip.largest_force_n, ids=[row])
         elif grip.action == actions.GRAB_NEAREST:
-            cloths.grip(slots, nearest_to=place, radius_m=grip.radius_m, ids=[row])
+            cloths.grip(slots, nearest_to=place, radius_m=grip.radius_m, largest_force_n=grip.largest_force_n, ids=[row])
         else:
             cloths.release(slots, ids=[row])
 
