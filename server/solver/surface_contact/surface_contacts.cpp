@@ -35,6 +35,9 @@ constexpr double kReachMargin = 0.05;
 constexpr uint32_t kLookEvery = 4;
 // Edges are expected to be no longer than this many times their length at rest [-].
 constexpr double kMostStretch = 1.5;
+// Candidates of one collider for each particle of the cloth [-]: the edges and triangles of a mesh are
+// 5; a set of links may have more. More are left out. Larger: memory.
+constexpr size_t kMostCandidates = 16;
 // What has sunk in is pushed out at most this fast [m/s]: slower than particles are
 // (kMaxDepenetrationSpeed_m_per_s), for at the corners of a box it changes at once which triangle
 // has sunk in and by how much. Larger: cloth around corners trembles; smaller: what was thrown in
@@ -187,6 +190,7 @@ void SurfaceContacts<V>::Add(SolidState& solid, std::span<const uint32_t> partic
     inverse_mass += numbers_.inverse_masses[particles[k]];
   }
   if (inverse_mass == 0) return;
+  if (solid.candidates.size() >= kMostCandidates * numbers_.inverse_masses.size()) return;
   solid.candidates.push_back(contact);
   solid.wake_travels.push_back(bound);
   solid.wake_substeps.push_back(kNever);
