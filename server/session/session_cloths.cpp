@@ -60,10 +60,11 @@ Status Session::CheckColliderContact(const StepSettings& settings) const {
   }
   return Status::InvalidField(
       "spec.settings.collider_contact",
-      fmt::format("must be PARTICLES or unset: on the backend {} of this server edges and triangles "
-                  "do not touch colliders; servers with --backend=cpu or --backend=reference have "
-                  "that",
-                  backend.name));
+      fmt::format(
+          "must be PARTICLES or unset: on the backend {} of this server edges and triangles "
+          "do not touch colliders; servers with --backend=cpu or --backend=reference have "
+          "that",
+          backend.name));
 }
 
 namespace {

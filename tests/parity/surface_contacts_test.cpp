@@ -14,8 +14,8 @@ using Eigen::Vector3d;
 
 // Far less than particles alone move: a sheet of coarse cells that is thrown at a ball, a bar, a
 // corner of a box and a rim, each of which meets the inside of an edge or a triangle first. The
-// backends choose the same planes, of places that rounding moves, so the bound is that of what falls
-// freely: velocities of metres per second times roundings, and the errors of their links.
+// backends choose the same planes, of places that rounding moves, so the bound is that of what
+// falls freely: velocities of metres per second times roundings, and the errors of their links.
 TEST(SurfaceContactParity, CpuIsTheReferenceToRounding) {
   const std::vector<Collider> colliders = {
       SphereAt({0.4, -0.21, 0.45}, 0.2),

@@ -28,7 +28,8 @@ std::vector<std::string> BackendsWithSurfaceContacts() {
   return names;
 }
 
-// How far the drawn triangles are inside the colliders, tried in 12 rows each, beyond the thickness.
+// How far the drawn triangles are inside the colliders, tried in 12 rows each, beyond the
+// thickness.
 double DepthOf(const Scene& scene, const ParticleState& state) {
   constexpr int kRows = 12;
   double deepest = 0;
@@ -39,8 +40,8 @@ double DepthOf(const Scene& scene, const ParticleState& state) {
       for (int i = 0; i <= kRows; ++i) {
         for (int j = 0; i + j <= kRows; ++j) {
           const Vector3d place = p + (i * along + j * across) / kRows;
-          deepest = std::max(deepest, scene.parameters.thickness_m -
-                                          SurfaceOf(collider, place).distance_m);
+          deepest = std::max(deepest,
+                             scene.parameters.thickness_m - SurfaceOf(collider, place).distance_m);
         }
       }
     }
@@ -157,15 +158,15 @@ TEST_P(SurfaceContact, ASheetLiesOnAClosedMesh) {
   const double depth = DepthOf(scene, ReadState(backend(), cloth));
   std::printf("[ MEASURED ] sinking into a closed mesh on %s: %.4f mm\n", backend_name().c_str(),
               1e3 * depth);
-  const double way = LargestSpeed(ReadState(backend(), cloth)) *
-                     scene.parameters.settings.substep_s();
-  EXPECT_LE(depth, 1e-4 * scene.model->length_scale_m() + way +
-                       2 * 0.375 * cell_m * cell_m / kRadius_m);
+  const double way =
+      LargestSpeed(ReadState(backend(), cloth)) * scene.parameters.settings.substep_s();
+  EXPECT_LE(depth,
+            1e-4 * scene.model->length_scale_m() + way + 2 * 0.375 * cell_m * cell_m / kRadius_m);
 }
 
-// Rungs of 20 cm across two rails 10 cm apart that go down at an angle: nothing holds the particles,
-// all rests on the insides of edges. A block on a slope: it holds 2 % below its friction, and slides
-// 2 % above it, and without friction, with the acceleration of one.
+// Rungs of 20 cm across two rails 10 cm apart that go down at an angle: nothing holds the
+// particles, all rests on the insides of edges. A block on a slope: it holds 2 % below its
+// friction, and slides 2 % above it, and without friction, with the acceleration of one.
 class Rails : public SurfaceContact {
  protected:
   static constexpr double kAngle = 0.35;
@@ -198,8 +199,9 @@ TEST_P(Rails, WithoutFrictionASheetSlidesAsABlock) {
   EXPECT_NEAR(Slide(0, 0) / way, 1, 2e-3);
 }
 
-// The requirement of slopes (friction_test), 0.1 % of the forces that nearly balance. With a dynamic
-// friction below the static one it would slide (server/solver/method.md, «Known and accepted»).
+// The requirement of slopes (friction_test), 0.1 % of the forces that nearly balance. With a
+// dynamic friction below the static one it would slide (server/solver/method.md, «Known and
+// accepted»).
 TEST_P(Rails, ASheetHoldsJustBelowItsFriction) {
   const double friction = 1.02 * std::tan(kAngle);
   EXPECT_LE(std::abs(Slide(friction, friction)), 1e-3 * kG * std::sin(kAngle) * 0.25 / 2);
@@ -262,8 +264,7 @@ TEST_P(SurfaceContact, ImpulsesAddUp) {
   Vector3d before = Vector3d::Zero();
   double largest_felt = 0;
   for (int k = 0; k < 20; ++k) {
-    const StepItem item{
-        .cloth = cloth, .pin_targets_m = {}, .measure = false, .impulses = true};
+    const StepItem item{.cloth = cloth, .pin_targets_m = {}, .measure = false, .impulses = true};
     const StepReport report = backend().Step({&item, 1}).reports.at(0);
     const Vector3d after = momentum_of(ReadState(backend(), cloth));
     const Vector3d felt = report.impulses->colliders.at(0).impulse_n_s;
@@ -290,8 +291,7 @@ TEST_P(SurfaceContact, EnergyDoesNotGrow) {
     bool is_watch_quiet = true;
     for (int k = 0; k < 40; ++k) {
       const StepReport report = StepAlone(backend(), cloth, scene, 1, true);
-      const double energy =
-          report.measured.kinetic_energy_j + report.measured.potential_energy_j;
+      const double energy = report.measured.kinetic_energy_j + report.measured.potential_energy_j;
       is_watch_quiet &= !report.warnings.energy_gained;
       most = std::max(most, energy);
     }

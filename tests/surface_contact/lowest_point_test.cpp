@@ -47,9 +47,9 @@ class LowestPointTest : public testing::Test {
     double lowest = std::numeric_limits<double>::infinity();
     for (int i = 0; i <= count; ++i) {
       for (int j = 0; i + j <= count; ++j) {
-        lowest = std::min(lowest, GapOf(collider, corners[0] +
-                                                      (corners[1] - corners[0]) * i / count +
-                                                      (corners[2] - corners[0]) * j / count));
+        lowest =
+            std::min(lowest, GapOf(collider, corners[0] + (corners[1] - corners[0]) * i / count +
+                                                 (corners[2] - corners[0]) * j / count));
       }
     }
     return lowest;
@@ -115,7 +115,8 @@ TYPED_TEST(LowestPointTest, OfAnEdgeMovedByItsGapTouches) {
       // surface has an edge.
       const double touching = this->LowestOf(collider, p + way, q + way);
       EXPECT_GE(touching, -this->kRounding_m);
-      // Deep inside a round solid the tangents that are as low at the edge touch it in places apart.
+      // Deep inside a round solid the tangents that are as low at the edge touch it in places
+      // apart.
       const double apart = lowest.gap < -0.002 ? -lowest.gap / 2 : 0;
       EXPECT_LE(touching, kLeast_m + interval + apart + this->kRounding_m) << lowest.gap;
     }
@@ -206,9 +207,8 @@ TYPED_TEST(LowestPointTest, InTheRoomAboveAFaceNothingIsLowestInside) {
 TYPED_TEST(LowestPointTest, AboveADistanceMap) {
   constexpr double kRadius_m = 0.2;
   const auto map = test::BallMap(kRadius_m, 64);
-  const double off_m =
-      0.375 * map->cell_m() * map->cell_m() / kRadius_m +
-      test::LargestSagitta(test::SphereMesh(kRadius_m, 4), kRadius_m) + 1e-4;
+  const double off_m = 0.375 * map->cell_m() * map->cell_m() / kRadius_m +
+                       test::LargestSagitta(test::SphereMesh(kRadius_m, 4), kRadius_m) + 1e-4;
   RandomSolids random(5);
   int edges = 0, triangles = 0;
   for (int k = 0; k < 300; ++k) {
@@ -230,8 +230,8 @@ TYPED_TEST(LowestPointTest, AboveADistanceMap) {
     if (sag > 2 * off_m) {
       ASSERT_TRUE(lowest.is_inside) << k;
       ++edges;
-      EXPECT_NEAR(lowest.gap, this->LowestOf(SphereAt(pose.position_m, kRadius_m), exact[0], exact[1]),
-                  off_m);
+      EXPECT_NEAR(lowest.gap,
+                  this->LowestOf(SphereAt(pose.position_m, kRadius_m), exact[0], exact[1]), off_m);
     }
     const auto on_triangle = LowestOnTriangle<TypeParam>(solid, corners, kLeast_m);
     if (!on_triangle.is_inside) continue;

@@ -199,8 +199,7 @@ class ReferenceBackend final : public Backend {
     const bool touches_itself =
         cloth.parameters.self_collision && !cloth.model->triangles().empty();
     cloth.contact_surface = touches_itself ? surfaces_.Get(cloth.model) : nullptr;
-    const bool is_surface =
-        cloth.parameters.settings.collider_contact == ColliderContact::kSurface;
+    const bool is_surface = cloth.parameters.settings.collider_contact == ColliderContact::kSurface;
     cloth.surface_parts = is_surface ? parts_.Get(cloth.model) : nullptr;
   }
 

@@ -49,8 +49,7 @@ void ReferenceSurfaceContacts::Begin(const StepContext& context, const SurfacePa
 
 void ReferenceSurfaceContacts::Find(const StepContext& context) {
   if (!has_any_) return;
-  contacts_.Find(ToVectors(context.state.positions_m),
-                 ToVectors(context.state.velocities_m_per_s));
+  contacts_.Find(ToVectors(context.state.positions_m), ToVectors(context.state.velocities_m_per_s));
 }
 
 bool ReferenceSurfaceContacts::Solve(StepContext& context) {
@@ -58,8 +57,7 @@ bool ReferenceSurfaceContacts::Solve(StepContext& context) {
   const Vectors base = ToVectors(context.base);
   Vectors u = ToVectors(context.u);
   const double least_m = context.plan.tolerance * context.model.length_scale_m();
-  const bool has_changed =
-      contacts_.Solve(base.data(), u.data(), context.h, least_m / context.h);
+  const bool has_changed = contacts_.Solve(base.data(), u.data(), context.h, least_m / context.h);
   FromVectors(u, context.u);
   return has_changed || context.plan.tolerance == 0;
 }

@@ -63,9 +63,9 @@ struct Wedge {
   // `offset`: around a core whose edges are sharp.
   Wedge(const Tangent<V>& low, const Tangent<V>& high, Real offset) {
     const Real difference = low.slope - high.slope;  // < 0
-    place = std::clamp((high.at.gap - low.at.gap + low.slope * low.place -
-                        high.slope * high.place) / difference,
-                       low.place, high.place);
+    place = std::clamp(
+        (high.at.gap - low.at.gap + low.slope * low.place - high.slope * high.place) / difference,
+        low.place, high.place);
     height = low.at.gap + low.slope * (place - low.place);
     const Real share = -high.slope / difference;
     const V mean = share * low.at.normal + (1 - share) * high.at.normal;
@@ -94,8 +94,7 @@ LowestPoint<V> LowestByTangents(const Solid<V>& solid, const V& a, const V& d, T
     const Wedge<V> wedge(low, high, solid.offset());
     if (wedge.height > lower_end - least) return {.gap = lower_end - least};
     // Between round solids and far from edges the slope is nearly linear, at edges it jumps.
-    const Real secant =
-        low.place + low.slope / (low.slope - high.slope) * (high.place - low.place);
+    const Real secant = low.place + low.slope / (low.slope - high.slope) * (high.place - low.place);
     const bool is_jump = k % 2 == 0;
     const Tangent<V> next = TangentAt(solid, a, d, is_jump ? wedge.place : secant);
     const bool is_exact = next.at.gap - std::max(wedge.height, wedge.gap) <= exactness;
@@ -142,14 +141,15 @@ template <class V>
 LowestPoint<V> LowestAboveMap(const Solid<V>& solid, const V& a, const V& b, ScalarOf<V> least) {
   using Real = ScalarOf<V>;
   const V d = b - a;
-  const int intervals =
-      std::clamp(static_cast<int>(std::min(Length(d) / solid.cell(), Real{100})), 2, kMostIntervals);
+  const int intervals = std::clamp(static_cast<int>(std::min(Length(d) / solid.cell(), Real{100})),
+                                   2, kMostIntervals);
   std::array<Tangent<V>, kMostIntervals + 1> tried;
   int lowest = 0;
   for (int k = 0; k <= intervals; ++k) {
     tried[static_cast<size_t>(k)] =
         TangentAt(solid, a, d, static_cast<Real>(k) / static_cast<Real>(intervals));
-    if (tried[static_cast<size_t>(k)].at.gap < tried[static_cast<size_t>(lowest)].at.gap) lowest = k;
+    if (tried[static_cast<size_t>(k)].at.gap < tried[static_cast<size_t>(lowest)].at.gap)
+      lowest = k;
   }
   const Real lower_end = std::min(tried[0].at.gap, tried[static_cast<size_t>(intervals)].at.gap);
   Tangent<V> best = tried[static_cast<size_t>(lowest)];
@@ -164,8 +164,7 @@ LowestPoint<V> LowestAboveMap(const Solid<V>& solid, const V& a, const V& b, Sca
     high = tried[static_cast<size_t>(lowest + 1)];
   }
   for (int k = 0; k < kMapTries && low.slope < 0 && high.slope > 0; ++k) {
-    const Real secant =
-        low.place + low.slope / (low.slope - high.slope) * (high.place - low.place);
+    const Real secant = low.place + low.slope / (low.slope - high.slope) * (high.place - low.place);
     const Tangent<V> next =
         TangentAt(solid, a, d, k % 2 == 0 ? secant : (low.place + high.place) / 2);
     if (next.at.gap < best.at.gap) best = next;
@@ -248,7 +247,8 @@ LowestPoint<V> LowestOnTriangleAboveMap(const Solid<V>& solid, const std::array<
   const auto weights = WeightsAt(corners, best);
   // A dip inside: the slope has nearly gone.
   const Real level = Length(slope_of(best_at));
-  if (!AreInside<V>(weights, kLeastWeight) || lowest_corner - best_at.gap <= least || level > Real{0.25}) {
+  if (!AreInside<V>(weights, kLeastWeight) || lowest_corner - best_at.gap <= least ||
+      level > Real{0.25}) {
     return {.gap = bound};
   }
   const V across = Dot(best_at.normal, normal) < 0 ? V(-normal) : normal;
@@ -355,8 +355,8 @@ bool Meets(const Solid<V>& solid, const V& a, const V& b, V& place, V& normal) {
   return false;
 }
 
-#define DRAPE_LOWEST(V)                                                                        \
-  template LowestPoint<V> LowestOnEdge(const Solid<V>&, const V&, const V&, ScalarOf<V>);      \
+#define DRAPE_LOWEST(V)                                                                            \
+  template LowestPoint<V> LowestOnEdge(const Solid<V>&, const V&, const V&, ScalarOf<V>);          \
   template LowestPoint<V> LowestOnTriangle(const Solid<V>&, const std::array<V, 3>&, ScalarOf<V>); \
   template bool Meets(const Solid<V>&, const V&, const V&, V&, V&)
 DRAPE_LOWEST(self_contact::Vector3f);

@@ -25,8 +25,9 @@ PlacedSolid<V>::PlacedSolid(const Collider& collider, const RigidMotion* motion,
 template <class V>
 typename PlacedSolid<V>::Pose PlacedSolid<V>::PoseOf(const RigidMotion& motion) {
   const Eigen::Matrix3d rotation = motion.rotation.toRotationMatrix();
-  return {ToVector<V>(motion.position_m),
-          {ToVector<V>(rotation.col(0)), ToVector<V>(rotation.col(1)), ToVector<V>(rotation.col(2))}};
+  return {
+      ToVector<V>(motion.position_m),
+      {ToVector<V>(rotation.col(0)), ToVector<V>(rotation.col(1)), ToVector<V>(rotation.col(2))}};
 }
 
 template <class V>

@@ -16,7 +16,8 @@ class PlacedSolid {
 
   // `motion`: at the start of the step; null: it rests as described. `place`: what the owner calls
   // the collider.
-  PlacedSolid(const Collider& collider, const RigidMotion* motion, double thickness_m, size_t place);
+  PlacedSolid(const Collider& collider, const RigidMotion* motion, double thickness_m,
+              size_t place);
 
   // The substep under way lasts from `begin_s` to `end_s` of the step.
   void Place(double begin_s, double end_s);

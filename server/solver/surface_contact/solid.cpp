@@ -92,8 +92,8 @@ Gap<V> Solid<V>::At(const V& x) const {
         if (beyond[k] > beyond[face]) face = k;
         outside[k] = beyond[k] > 0 ? (local[k] < 0 ? -beyond[k] : beyond[k]) : Real{0};
       }
-      const V normal = local[face] < 0 ? V(-axes_[static_cast<size_t>(face)])
-                                       : axes_[static_cast<size_t>(face)];
+      const V normal =
+          local[face] < 0 ? V(-axes_[static_cast<size_t>(face)]) : axes_[static_cast<size_t>(face)];
       if (beyond_count < 2) return {beyond[face] - offset_, normal};
       return Along(FromLocal(outside), normal, offset_);
     }
@@ -103,9 +103,8 @@ Gap<V> Solid<V>::At(const V& x) const {
       const Real along = Dot(d, axis);
       const V across = d - along * axis;
       const Real from_axis = Length(across);
-      const V sideways = from_axis < static_cast<Real>(kMinDirectionLength_m)
-                             ? axes_[1]
-                             : V(across / from_axis);
+      const V sideways =
+          from_axis < static_cast<Real>(kMinDirectionLength_m) ? axes_[1] : V(across / from_axis);
       const V endways = along < 0 ? V(-axis) : axis;
       const Real beyond_side = from_axis - radius_;
       const Real beyond_end = std::abs(along) - half_length_;

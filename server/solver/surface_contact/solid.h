@@ -68,8 +68,8 @@ class Solid {
 };
 
 // Faces and edges that are this level lie flat on each other [-]. Larger: supports are taken where
-// there are none, by that share of their lengths; smaller: rounding throws the point of support from
-// one end to the other.
+// there are none, by that share of their lengths; smaller: rounding throws the point of support
+// from one end to the other.
 inline constexpr double kLevelSlope = 1e-3;
 
 extern template class Solid<self_contact::Vector3f>;

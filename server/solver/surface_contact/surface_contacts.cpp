@@ -35,8 +35,8 @@ constexpr double kReachMargin = 0.05;
 constexpr uint32_t kLookEvery = 4;
 // Edges are expected to be no longer than this many times their length at rest [-].
 constexpr double kMostStretch = 1.5;
-// Candidates of one collider for each particle of the cloth [-]: the edges and triangles of a mesh are
-// 5; a set of links may have more. More are left out. Larger: memory.
+// Candidates of one collider for each particle of the cloth [-]: the edges and triangles of a mesh
+// are 5; a set of links may have more. More are left out. Larger: memory.
 constexpr size_t kMostCandidates = 16;
 // What has sunk in is pushed out at most this fast [m/s]: slower than particles are
 // (kMaxDepenetrationSpeed_m_per_s), for at the corners of a box it changes at once which triangle
@@ -65,9 +65,8 @@ void SurfaceContacts<V>::Begin(const SurfaceParts& parts, const Solids& solids,
   for (const uint32_t c : solids.places) {
     const Collider& collider = solids.colliders[c];
     if (collider.kind() == ShapeKind::kPlane || collider.is_body()) continue;
-    solids_.push_back({PlacedSolid<V>(collider,
-                                      solids.motions.empty() ? nullptr : &solids.motions[c],
-                                      solids.thickness_m, c)});
+    solids_.push_back({PlacedSolid<V>(
+        collider, solids.motions.empty() ? nullptr : &solids.motions[c], solids.thickness_m, c)});
   }
 }
 
@@ -236,9 +235,9 @@ void SurfaceContacts<V>::Look(SolidState& solid, size_t index, std::span<const V
   for (uint32_t k = 0; k < contact.count; ++k) {
     described[k] = placed.DescribedAtStart(positions[contact.particles[k]]);
   }
-  const bool is_old = substep_ >= contact.found_in + ages_after_ ||
-                      solid.travel - contact.found_at >
-                          static_cast<Real>(kPlaneTravel) * numbers_.edge_length;
+  const bool is_old =
+      substep_ >= contact.found_in + ages_after_ ||
+      solid.travel - contact.found_at > static_cast<Real>(kPlaneTravel) * numbers_.edge_length;
   if ((!contact.has_plane || is_old) && !FindPlane(solid, index, described)) return;
   V point{}, velocity{};
   for (uint32_t k = 0; k < contact.count; ++k) {
@@ -307,8 +306,7 @@ void SurfaceContacts<V>::Activate(const SolidState& solid, Contact& contact,
   contact.gap = Dot(contact.normal, placed.DescribedAtStart(place)) - contact.level;
   contact.push_along = placed.TurnedAtEnd(contact.normal);
   contact.surface_way = placed.WayOf(place);
-  contact.floor =
-      std::min(contact.gap + static_cast<Real>(kRecovery_m_per_s) * h, Real{0});
+  contact.floor = std::min(contact.gap + static_cast<Real>(kRecovery_m_per_s) * h, Real{0});
   // What lies on the surface, to rounding, is moved by its way alone, which has all its digits.
   const Real rounding = static_cast<Real>(kTouchRoundOffs / 2) *
                         std::numeric_limits<Real>::epsilon() *
@@ -385,8 +383,9 @@ bool SurfaceContacts<V>::SolveOne(Contact& contact, const V* base, V* u, Real in
         place += contact.weights[k] * starts_[contact.particles[k]];
       }
       // With two steps u is the velocity at the end of the substep, else the mean over it.
-      relative -= numbers_.has_two_steps ? placed.VelocityAtEnd(V(place + way + contact.surface_way))
-                                         : V(contact.surface_way / interval);
+      relative -= numbers_.has_two_steps
+                      ? placed.VelocityAtEnd(V(place + way + contact.surface_way))
+                      : V(contact.surface_way / interval);
     }
     const Real speed = Dot(relative, n);
     const V sliding = relative - speed * n;

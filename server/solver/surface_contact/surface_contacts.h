@@ -20,13 +20,13 @@ template <class V>
 struct StepNumbers {
   using Real = ScalarOf<V>;
 
-  V gravity{};                  // [m/s^2]
+  V gravity{};  // [m/s^2]
   Real friction_static = 0;
   Real friction_dynamic = 0;
   Real restitution = 0;
-  Real slowest_rebound = 0;     // SlowestRebound [m/s]
-  Real slowest_landing = 0;     // SlowestLanding [m/s]
-  Real edge_length = 0;         // of a typical edge [m]
+  Real slowest_rebound = 0;  // SlowestRebound [m/s]
+  Real slowest_landing = 0;  // SlowestLanding [m/s]
+  Real edge_length = 0;      // of a typical edge [m]
   double time_step_s = 0;
   uint32_t substeps = 1;
   bool has_two_steps = false;
@@ -50,14 +50,14 @@ struct SurfaceContact {
   uint32_t found_in = 0;  // substep in which the plane was found
   Real found_at = 0;      // travel then [m]
   // Of the substep.
-  V push_along{};        // the normal where the substep ends
-  V surface_way{};       // of the surface's point that is there when it starts [m]
-  Real gap = 0;          // when it starts [m]
-  Real floor = 0;        // lowest gap that its end may have [m]
-  Real rebound = 0;      // speed with which the point leaves if it hits [m/s]
+  V push_along{};           // the normal where the substep ends
+  V surface_way{};          // of the surface's point that is there when it starts [m]
+  Real gap = 0;             // when it starts [m]
+  Real floor = 0;           // lowest gap that its end may have [m]
+  Real rebound = 0;         // speed with which the point leaves if it hits [m/s]
   bool has_landed = false;  // if it hits
-  Real push = 0;         // accumulated impulse, as a change of the point's velocity [m/s]
-  V tangent{};           // the same across the normal
+  Real push = 0;            // accumulated impulse, as a change of the point's velocity [m/s]
+  V tangent{};              // the same across the normal
   // What the substep gave to the cloth, and to the state before it [N s].
   V given{}, given_in_memory{};
 };
@@ -123,8 +123,7 @@ class SurfaceContacts {
   void Search(SolidState& solid, std::span<const V> positions, std::span<const V> velocities);
   void FindCandidates(SolidState& solid, std::span<const V> positions);
   void Add(SolidState& solid, std::span<const uint32_t> particles, Real bound);
-  void FindPassing(SolidState& solid, std::span<const V> positions,
-                   std::span<const V> velocities);
+  void FindPassing(SolidState& solid, std::span<const V> positions, std::span<const V> velocities);
   void Look(SolidState& solid, size_t index, std::span<const V> positions,
             std::span<const V> velocities);
   bool FindPlane(SolidState& solid, size_t index, std::span<const V> described);

@@ -5,7 +5,9 @@
 namespace drape {
 
 SurfaceParts::SurfaceParts(const SceneModel& model) {
-  const auto add = [&](uint32_t i, uint32_t j) { edges_.push_back({std::min(i, j), std::max(i, j)}); };
+  const auto add = [&](uint32_t i, uint32_t j) {
+    edges_.push_back({std::min(i, j), std::max(i, j)});
+  };
   triangles_.assign(model.triangles().begin(), model.triangles().end());
   for (const auto& [a, b, c] : triangles_) {
     add(a, b);
