@@ -153,6 +153,10 @@ class ClothRuntime {
   FrameBudget& budget() { return budget_; }
   SleepWatch& sleep() { return sleep_; }
   const SleepWatch& sleep() const { return sleep_; }
+  // What the next step gives to pins and grips decides how the cloth goes on.
+  bool wants_impulses() const {
+    return sleep_.decides_next() || controls_.grips().has_largest_forces();
+  }
   // The next step is not computed: it is asleep and nothing wakes it, or faulted.
   bool is_idle() const { return is_faulted() || (sleep_.is_asleep() && controls_.are_at_rest()); }
   // Upper bound of the solves of the next step (step_settings.h, SolvesPerStep). 0: it is idle.

@@ -237,9 +237,7 @@ void DeviceLoop::AddItems(const ActiveRequest& request, std::span<const uint32_t
     if (must_wake && !cloth.is_faulted()) cloth.sleep().Wake();
     StepItem& item = items[first + n];
     item.measure = request.IsMeasured(unit[n]) || cloth.sleep().decides_next();
-    item.impulses = request.AsksImpulses(unit[n]) ||
-                    (has_impulses_ && (cloth.sleep().decides_next() ||
-                                       cloth.controls().grips().has_largest_forces()));
+    item.impulses = request.AsksImpulses(unit[n]) || (has_impulses_ && cloth.wants_impulses());
   }
   if (request.work().cloths[unit[0]]->sleep().is_asleep()) items.resize(first);
 }

@@ -253,16 +253,6 @@ INSTANTIATE_TEST_SUITE_P(
         BadStep{"FewGrippedParticles",
                 [](auto& r) { r.mutable_grip_controls()->mutable_particles()->RemoveLast(); },
                 "grip_controls.particles", "has 3 elements, needs 4"},
-        BadStep{"FewGripForces",
-                [](auto& r) { r.mutable_grip_controls()->add_largest_forces_n(1); },
-                "grip_controls.largest_forces_n", "has 1 elements, needs 4"},
-        BadStep{"NegativeGripForce",
-                [](auto& r) {
-                  for (const double n : {0.0, -1.0, 0.0, 0.0}) {
-                    r.mutable_grip_controls()->add_largest_forces_n(n);
-                  }
-                },
-                "grip_controls.largest_forces_n[1]", "-1 is not in [0, "},
         BadStep{"ShortTransforms",
                 [](auto& r) { r.mutable_resets()->mutable_transforms()->RemoveLast(); },
                 "resets.transforms", "has 6 elements, needs 7"},
@@ -354,36 +344,6 @@ TEST(ResetValidation, RowsBelongToNamedCloths) {
   EXPECT_TRUE(CheckReset(request).ok());
   request.add_transforms(0);
   ExpectViolation(CheckReset(request).status(), "transforms", "has 1 elements, needs 7");
-}
-
-TEST(StepRules, GripControlsAreRead) {
-  v1::StepRequest request = GoodStep();
-  auto step = CheckStep(request, 10);
-  ASSERT_TRUE(step.ok()) << step.status().ToString();
-  ASSERT_EQ(step->controls.grips.size(), 4u);
-  const GripControl& nearest = step->controls.grips[1].control;
-  EXPECT_EQ(nearest.slot, 1u);
-  EXPECT_EQ(nearest.action, GripAction::kGrabNearest);
-  EXPECT_EQ(nearest.radius_m, 0.25);
-  EXPECT_EQ(nearest.place_m, Eigen::Vector3d(0.5, 1, 1.5));
-  EXPECT_EQ(step->controls.grips[0].control.particle, 7u);
-  EXPECT_EQ(step->controls.grips[2].control.over_s, 0.125);
-  EXPECT_EQ(step->controls.grips[3].control.action, GripAction::kRelease);
-  // Columns that no row needs may be left out.
-  v1::GripControls* grips = request.mutable_grip_controls();
-  grips->set_actions(1, v1::GripControls::HOLD);
-  grips->clear_radii_m();
-  grips->clear_particles();
-  grips->clear_over_s();
-  step = CheckStep(request, 10);
-  ASSERT_TRUE(step.ok()) << step.status().ToString();
-  EXPECT_EQ(step->controls.grips[0].control.particle, 0u);
-  EXPECT_EQ(step->controls.grips[0].control.largest_force_n, GripTrack::kNoLimit_n);
-  for (const double n : {0.0, 2.5, 0.0, 0.0}) grips->add_largest_forces_n(n);
-  step = CheckStep(request, 10);
-  ASSERT_TRUE(step.ok()) << step.status().ToString();
-  EXPECT_EQ(step->controls.grips[0].control.largest_force_n, GripTrack::kNoLimit_n) << "0: none";
-  EXPECT_EQ(step->controls.grips[1].control.largest_force_n, 2.5);
 }
 
 TEST(StepRules, AnEmptyViewAsksForPositionsAndNoViewForNothing) {

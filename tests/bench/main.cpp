@@ -143,6 +143,8 @@ void AddContact(CLI::App& app, CommandLine& line) {
       ->check(CLI::PositiveNumber);
   contact->add_option("--substeps", options.substeps)->delimiter(',')->check(CLI::PositiveNumber);
   contact->add_option("--thickness-m", options.thickness_m)->check(CLI::PositiveNumber);
+  contact->add_option("--count-crossings", options.positions,
+                      "print the crossings in each frame of a file of positions, instead");
 }
 
 // The command that repeats the measurement; without options that only describe it.
@@ -161,6 +163,9 @@ int Run(const CLI::App& app, CommandLine& line) {
   if (app.got_subcommand("kernels")) {
     DumpKernels(line.kernels);
     return 0;
+  }
+  if (app.got_subcommand("contact") && !line.contact.positions.empty()) {
+    return CountCrossings(line.contact.positions, line.contact.sides.front());
   }
   if (line.bench.is_quick) {
     line.bench.limits = {1, 2, 1, 0.1};

@@ -45,21 +45,22 @@ def commit_of(folder):
     return subprocess.run(["git", "-C", folder, "rev-parse", "HEAD"], check=True, capture_output=True, text=True).stdout.strip()
 
 
-def build(source, folder):
+def build(source, folder, main, flags=()):
+    """The program whose main file is `main`, with the library; all compiled with these flags, too."""
     library = source / "NvCloth"
     files = [*sorted((library / "src").glob("*.cpp")), library / "src/ps/unix/PsUnixAtomic.cpp", *sorted((library / "extensions/src").glob("*.cpp"))]
     includes = [f"-I{path}" for path in (library / "include", library / "extensions/include", library / "src", library / "extensions/src",
                                          source / "PxShared/include")]
-    jobs = [(file, LIBRARY_FLAGS) for file in files] + [(HERE.parent / "nvcloth_sheets.cpp", ["-std=c++20", "-w"])]
+    jobs = [(file, LIBRARY_FLAGS) for file in files] + [(main, ["-std=c++20", "-w"])]
     folder.mkdir(parents=True, exist_ok=True)
 
     def compile_one(job):
-        file, flags = job
-        subprocess.run(["g++", *FLAGS, *flags, *includes, "-c", file, "-o", folder / (file.stem + ".o")], check=True)
+        file, its_flags = job
+        subprocess.run(["g++", *FLAGS, *flags, *its_flags, *includes, "-c", file, "-o", folder / (file.stem + ".o")], check=True)
 
     with concurrent.futures.ThreadPoolExecutor(os.cpu_count()) as pool:
         list(pool.map(compile_one, jobs))
-    program = folder / "nvcloth_sheets"
+    program = folder / main.stem
     subprocess.run(["g++", *(folder / (file.stem + ".o") for file, _ in jobs), "-o", program], check=True)
     return program
 
@@ -88,17 +89,23 @@ def measure(program, path):
                 print(*values, flush=True)
 
 
+def program_of(main, given, flags=()):
+    """The program made of `main` and the library, of the checkout in the folder `given`, else of one that git makes."""
+    out = HERE.parents[2] / "out" / "nvcloth"
+    out.mkdir(parents=True, exist_ok=True)
+    source = pathlib.Path(given).resolve() if given else checkout(out / "source")
+    commit = commit_of(source)
+    if not (commit or "").startswith(COMMIT):
+        sys.exit(f"{source} is at {commit or 'no commit of git'}: it must be a checkout of {URL} at {COMMIT}")
+    return build(source, out / ("build_" + main.stem), main, flags)
+
+
 def main():
     folder = pathlib.Path(sys.argv[1])
     if not folder.is_dir():
         sys.exit(f"no folder {folder}: RESULTS_DIR is where ./run bench speed wrote its tables")
-    out = HERE.parents[2] / "out" / "nvcloth"
-    out.mkdir(parents=True, exist_ok=True)
-    source = pathlib.Path(sys.argv[2]).resolve() if len(sys.argv) == 3 else checkout(out / "source")
-    commit = commit_of(source)
-    if not (commit or "").startswith(COMMIT):
-        sys.exit(f"{source} is at {commit or 'no commit of git'}: it must be a checkout of {URL} at {COMMIT}")
-    measure(build(source, out / "build"), folder / "speed_nvcloth.csv")
+    program = program_of(HERE.parent / "nvcloth_sheets.cpp", sys.argv[2] if len(sys.argv) == 3 else None)
+    measure(program, folder / "speed_nvcloth.csv")
 
 
 if __name__ == "__main__":

@@ -13,6 +13,7 @@ matplotlib.use("Agg")
 from matplotlib import pyplot, ticker  # noqa: E402
 
 import accuracy_plots  # noqa: E402
+import contact_plots  # noqa: E402
 import speed_plots  # noqa: E402
 import stability_plots  # noqa: E402
 import tables  # noqa: E402
@@ -162,6 +163,7 @@ DRAWINGS = {
     "order": (draw_order, ["order"]),
     **accuracy_plots.DRAWINGS,
     **speed_plots.DRAWINGS,
+    **contact_plots.DRAWINGS,
 }
 
 

@@ -17,13 +17,14 @@ import sys
 import accuracy_bars
 import accuracy_quantities
 import accuracy_tables
+import contact_tables
 import rows
 import speed_tables
 import stability_tables
 from rows import distinct, markdown, milliseconds, percent, select
 
 REAL_TIME_MS = 1000 / 60
-TEXT_COLUMNS = {"preset", "pins", "backend", "plan", "scene", "shuffled", "fault", "path"} | accuracy_tables.TEXT_COLUMNS | accuracy_quantities.TEXT_COLUMNS | speed_tables.TEXT_COLUMNS | stability_tables.TEXT_COLUMNS
+TEXT_COLUMNS = {"preset", "pins", "backend", "plan", "scene", "shuffled", "fault", "path"} | accuracy_tables.TEXT_COLUMNS | accuracy_quantities.TEXT_COLUMNS | speed_tables.TEXT_COLUMNS | stability_tables.TEXT_COLUMNS | contact_tables.TEXT_COLUMNS
 STEP_COLUMNS = [
     "preset", "pins", "cloths", "particles", "columns", "rows", "backend", "plan", "steps", "median_ms", "p10_ms",
     "p90_ms", "min_ms", "max_ms", "device_ms", "dispatches", "iterations", "max_strain", "swing_max_strain",
@@ -45,6 +46,7 @@ COLUMNS = {
     **accuracy_tables.COLUMNS,
     **accuracy_quantities.COLUMNS,
     **stability_tables.COLUMNS,
+    **contact_tables.COLUMNS,
 }
 MOST_SWEEPS = 3000  # kMaxSweeps in order.cpp: as many mean "not converged"
 
@@ -255,6 +257,8 @@ def readme(folder):
         text += accuracy_text(tables)
     if tables["accuracy_quantities"]:
         text += accuracy_quantities.quantities_text(tables["accuracy_quantities"])
+    if tables["contact"]:
+        text += contact_tables.contact_text(tables["contact"], tables["contact_frames"], tables["contact_nvcloth"])
     if tables["stability"]:
         text += stability_tables.stability_text(tables["stability"])
     if tables["stability_random"]:

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "server/solver/self_contact/crossing_search.h"
+#include "server/solver/self_contact/drift.h"
 #include "shaders/interface/self_contact_search.h"
 
 namespace drape::self_contact {
@@ -330,37 +331,11 @@ bool SelfContacts<V>::Solve(const V* starts, const V* base, V* u, Real interval,
 }
 
 template <class V>
-typename SelfContacts<V>::Real SelfContacts<V>::DriftOf(std::span<const V> positions) const {
-  const Real time = since_search_ + substep_s_;
-  const size_t count = found_positions_.size();
-  const auto drift_of = [&](size_t i) {
-    return V((positions[i] - found_positions_[i]) - time * found_velocities_[i]);
-  };
-  // Two at a time: each waits for the one before.
-  Box<V> drifts, others;
-  V sum{}, other_sum{};  // not finite if any position is not
-  for (size_t i = 0; i + 1 < count; i += 2) {
-    const V drift = drift_of(i), other = drift_of(i + 1);
-    drifts.Add(drift);
-    others.Add(other);
-    sum += drift;
-    other_sum += other;
-  }
-  if (count % 2 == 1) {
-    drifts.Add(drift_of(count - 1));
-    sum += drift_of(count - 1);
-  }
-  drifts.Add(others);
-  sum += other_sum;
-  if (!std::isfinite(sum[0] + sum[1] + sum[2])) return std::numeric_limits<Real>::infinity();
-  return Length(V(drifts.high - drifts.low));
-}
-
-template <class V>
 bool SelfContacts<V>::Guard(const typename PlanarGuard<V>::Motion& motion) {
   bool is_apart = true;
   for (int round = 0;; ++round) {
-    const Real drift = DriftOf(motion.ends);
+    const Real drift =
+        DriftOf<V>(motion.ends, found_positions_, found_velocities_, since_search_ + substep_s_);
     if (!std::isfinite(drift)) return false;  // the cloth will be faulted
     const bool has_drifted = drift > drift_;
     if (has_drifted) {

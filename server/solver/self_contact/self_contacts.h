@@ -106,9 +106,6 @@ class SelfContacts {
   bool IsFlat(Real duration) const;
   // Drops pairs of patches that turn out to be too far apart for the time of the search.
   void DropFarPatches();
-  // How far particles are from where the search expected them, relative to each other [m]; infinite
-  // for states that are not finite.
-  Real DriftOf(std::span<const V> positions) const;
   // Makes pairs active that may touch within the window. Whether there were any.
   bool Wake(std::span<const V> starts, const Window& window);
   // Of the pairs that are due.
