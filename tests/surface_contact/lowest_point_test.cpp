@@ -35,7 +35,7 @@ class LowestPointTest : public testing::Test {
   }
   // The lowest of `count` + 1 places of an edge: off by no more than half an interval.
   static double LowestOf(const Collider& collider, const Eigen::Vector3d& a,
-                         const Eigen::Vector3d& b, int count = 4000) {
+                         const Eigen::Vector3d& b, int count = 2000) {
     double lowest = std::numeric_limits<double>::infinity();
     for (int k = 0; k <= count; ++k) {
       lowest = std::min(lowest, GapOf(collider, a + (b - a) * k / count));
@@ -83,7 +83,7 @@ TYPED_TEST(LowestPointTest, TheDistanceIsThatOfTheCollider) {
 TYPED_TEST(LowestPointTest, OfAnEdgeMovedByItsGapTouches) {
   RandomSolids random(2);
   int inside = 0, deep = 0, outside = 0, pierced = 0;
-  for (int k = 0; k < 800; ++k) {
+  for (int k = 0; k < 300; ++k) {
     for (const ShapeKind kind : kConvexKinds) {
       const Collider collider = random.Convex(kind);
       const Solid<TypeParam> solid(collider, kThickness_m);
@@ -92,7 +92,7 @@ TYPED_TEST(LowestPointTest, OfAnEdgeMovedByItsGapTouches) {
       const auto lowest = LowestOnEdge<TypeParam>(solid, a, b, kLeast_m);
       const Eigen::Vector3d p = FromVector(a), q = FromVector(b);
       SCOPED_TRACE(std::string(kShapeNames[static_cast<size_t>(kind)]) + " " + std::to_string(k));
-      const double interval = (q - p).norm() / 4000;
+      const double interval = (q - p).norm() / 2000;
       if (!lowest.is_inside) {
         ++outside;
         const double ends = std::min(this->GapOf(collider, p), this->GapOf(collider, q));
@@ -118,13 +118,15 @@ TYPED_TEST(LowestPointTest, OfAnEdgeMovedByItsGapTouches) {
       // Deep inside a round solid the tangents that are as low at the edge touch it in places
       // apart.
       const double apart = lowest.gap < -0.002 ? -lowest.gap / 2 : 0;
-      EXPECT_LE(touching, kLeast_m + interval + apart + this->kRounding_m) << lowest.gap;
+      // What is lowest beyond an end, in the overlap, is as much higher at the end.
+      const double overlap = kOverlap * (q - p).norm();
+      EXPECT_LE(touching, kLeast_m + interval + apart + overlap + this->kRounding_m) << lowest.gap;
     }
   }
   EXPECT_LT(pierced, 0.06 * outside);
-  EXPECT_GT(inside, 300);
-  EXPECT_GT(deep, 100);
-  EXPECT_GT(outside, 300);
+  EXPECT_GT(inside, 100);
+  EXPECT_GT(deep, 30);
+  EXPECT_GT(outside, 100);
 }
 
 // The same of triangles. Below kLeastWeight of a height from the rim a corner of a solid counts as
@@ -165,7 +167,7 @@ TYPED_TEST(LowestPointTest, OfATriangleMovedByItsGapTouches) {
       const double touching = this->LowestOf(collider, moved);
       // What is level to kLevelSlope, of solids below half a metre, is taken for level.
       EXPECT_GE(touching, -kLevelSlope / 4 * 0.5 - this->kRounding_m);
-      EXPECT_LE(touching, interval + this->kRounding_m);
+      EXPECT_LE(touching, interval + kOverlap + this->kRounding_m);
     }
   }
   EXPECT_GT(inside, 100);
@@ -206,12 +208,12 @@ TYPED_TEST(LowestPointTest, InTheRoomAboveAFaceNothingIsLowestInside) {
 // map (3/8 cell^2 / R) and of its facets.
 TYPED_TEST(LowestPointTest, AboveADistanceMap) {
   constexpr double kRadius_m = 0.2;
-  const auto map = test::BallMap(kRadius_m, 64);
+  const auto map = test::BallMap(kRadius_m, 48);
   const double off_m = 0.375 * map->cell_m() * map->cell_m() / kRadius_m +
                        test::LargestSagitta(test::SphereMesh(kRadius_m, 4), kRadius_m) + 1e-4;
   RandomSolids random(5);
   int edges = 0, triangles = 0;
-  for (int k = 0; k < 300; ++k) {
+  for (int k = 0; k < 100; ++k) {
     const RigidTransform pose{random.Point(0.2), random.Rotation()};
     const Collider collider = DistanceMapAt(map, pose);
     const Solid<TypeParam> solid(collider, kThickness_m);
@@ -239,8 +241,8 @@ TYPED_TEST(LowestPointTest, AboveADistanceMap) {
     EXPECT_NEAR(on_triangle.gap, this->LowestOf(SphereAt(pose.position_m, kRadius_m), exact),
                 off_m + 5e-4);
   }
-  EXPECT_GT(edges, 100);
-  EXPECT_GT(triangles, 25);
+  EXPECT_GT(edges, 30);
+  EXPECT_GT(triangles, 8);
 }
 
 // Where a path meets a solid, against trying it place by place.
