@@ -54,6 +54,20 @@ Status Session::CheckBodies(std::span<const Collider> colliders) const {
                   backend.name));
 }
 
+Status Session::CheckColliderContact(const StepSettings& settings) const {
+  const BackendDescription& backend = commons_->scheduler.description();
+  if (settings.collider_contact == ColliderContact::kParticles || backend.has_surface_contacts) {
+    return Status::Ok();
+  }
+  return Status::InvalidField(
+      "spec.settings.collider_contact",
+      fmt::format(
+          "must be PARTICLES or unset: on the backend {} of this server edges and triangles "
+          "do not touch colliders; servers with --backend=cpu or --backend=reference have "
+          "that",
+          backend.name));
+}
+
 namespace {
 
 std::vector<const StepSettings*> SettingsOf(const ClothCreation& creation) {
@@ -79,6 +93,10 @@ void Session::CreateCloths(ClothCreation creation,
   if (const Status status = CheckSelfCollision(TouchesItself(creation)); !status.ok()) {
     done(status);
     return;
+  }
+  if (const Status status = CheckColliderContact(creation.copies[0].parameters.settings);
+      !status.ok()) {
+    return done(status);
   }
   if (const Status status = CheckWorld(creation.world, *creation.model, SettingsOf(creation));
       !status.ok()) {
@@ -160,6 +178,7 @@ Result<CreatedCloths> Session::PublishMade(const ClothMaker& maker, const Status
 
 void Session::CheckCloths(ClothCreation creation, std::function<void(Result<CreatedCloths>)> done) {
   Status status = CheckSelfCollision(TouchesItself(creation));
+  if (status.ok()) status = CheckColliderContact(creation.copies[0].parameters.settings);
   if (status.ok()) status = CheckWorld(creation.world, *creation.model, SettingsOf(creation));
   if (status.ok()) status = map_quota_->Charge(MapsOf(creation)).status();
   if (status.ok()) {
@@ -233,6 +252,10 @@ void Session::UpdateCloths(ClothList cloths, ClothChange change,
   if (const Status status = CheckSelfCollision(touches_itself); !status.ok()) {
     done(status);
     return;
+  }
+  if (change.settings) {
+    const Status status = CheckColliderContact(*change.settings);
+    if (!status.ok()) return done(status);
   }
   if (change.colliders) {
     if (const Status status = CheckBodies(*change.colliders); !status.ok()) return done(status);

@@ -78,6 +78,10 @@ void Session::Import(std::vector<SavedCloth> cloths, bool keeps_ids,
     particles += its;
     largest = std::max(largest, its);
   }
+  for (const SavedCloth& cloth : cloths) {
+    const Status status = CheckColliderContact(cloth.description->parameters.settings);
+    if (!status.ok()) return done(status);
+  }
   if (const Status status = CheckImportedWorlds(cloths); !status.ok()) return done(status);
   const size_t count = cloths.size();
   if (const Status status = ReserveQuota(count, particles); !status.ok()) return done(status);

@@ -29,10 +29,11 @@ struct BackendDescription {
   std::string device;  // "llvmpipe (LLVM 15.0.6), OpenGL 4.5 ...", "2 cores"
   ScalarType scalar = ScalarType::kFloat32;
   bool is_hardware_gpu = false;
-  bool has_self_collision = false;  // ClothParameters::self_collision is supported
-  bool has_worlds = false;          // StepItem::world is: cloths that touch each other
-  bool has_impulses = false;        // StepItem::impulses is
-  bool has_bodies = false;          // Collider::is_body is: StepReport::bodies
+  bool has_self_collision = false;    // ClothParameters::self_collision is supported
+  bool has_worlds = false;            // StepItem::world is: cloths that touch each other
+  bool has_impulses = false;          // StepItem::impulses is
+  bool has_bodies = false;            // Collider::is_body is: StepReport::bodies
+  bool has_surface_contacts = false;  // ColliderContact::kSurface is
   // How a cloth of this model is stepped that touches itself or does not: "resident", "tiled",
   // "lanes", "single", "scalar". Pure; any thread.
   std::function<std::string(const SceneModel&, bool touches_itself)> plan_of;

@@ -131,6 +131,15 @@ void ChooseRefinement(const SceneModel& model, const StepSettings& settings, Sol
   choice.refine_solves = static_cast<uint32_t>(std::min(links * kRefineShare, 4e9));
 }
 
+// A plane meets what is between particles only where it meets one of them. Bodies meet particles.
+bool HasSurfaceContacts(const SceneModel& model, const ClothParameters& parameters) {
+  return parameters.settings.collider_contact == ColliderContact::kSurface &&
+         model.constraint_count() > 0 &&
+         std::ranges::any_of(parameters.colliders, [](const Collider& collider) {
+           return collider.kind() != ShapeKind::kPlane && !collider.is_body();
+         });
+}
+
 SolverChoice ChooseSolver(const SceneModel& model, const ClothParameters& parameters,
                           LengthSource lengths) {
   const StepSettings& settings = parameters.settings;
@@ -141,6 +150,7 @@ SolverChoice ChooseSolver(const SceneModel& model, const ClothParameters& parame
   choice.has_two_steps = HasTwoSteps(model, parameters, choice);
   choice.has_quiet_links =
       choice.has_strips && !parameters.colliders.empty() && parameters.friction_static > 0;
+  choice.has_surface_contacts = HasSurfaceContacts(model, parameters);
   if (!choice.has_two_steps) {
     choice.end_share = EndShare(model, parameters);
     if (lengths == LengthSource::kModel) choice.velocity_iterations = settings.velocity_iterations;

@@ -10,6 +10,9 @@ namespace drape {
 
 namespace {
 
+// A triangle and half of each of its edges.
+constexpr double kSurfacePartsPerTriangle = 2.5;
+
 void SetDefaults(Preset preset, StepSettings& settings) {
   ForEachSetting([&](const auto& setting) {
     settings.*setting.member = setting.defaults[static_cast<size_t>(preset)];
@@ -73,7 +76,12 @@ double SolvesPerStep(const SceneModel& model, const StepSettings& settings, size
   const double velocity_sweeps = double{1} * settings.substeps * settings.velocity_iterations;
   const double velocities = velocity_sweeps * (double{1} * model.constraint_count() +
                                                model.dropped_constraints() + model.joint_count());
-  const double contacts = model.particle_count() * (1 + static_cast<double>(collider_count));
+  const double contacts =
+      model.particle_count() * (1 + static_cast<double>(collider_count)) +
+      (settings.collider_contact == ColliderContact::kSurface
+           ? kSurfacePartsPerTriangle * static_cast<double>(model.triangles().size()) *
+                 static_cast<double>(collider_count)
+           : 0);
   const double tethers =
       settings.use_tethers ? double{1} * settings.substeps * model.particle_count() : 0;
   const double twist =

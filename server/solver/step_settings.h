@@ -42,6 +42,11 @@ enum class Sweep { kColours, kStrips };
 // cloth, chosen by that number for the cloth's weight (server/solver/method.md, "Direction").
 enum class Direction { kAtEnd, kAtStart, kBlended };
 
+// What of a cloth touches colliders (server/solver/method.md, "Edges and triangles"). kParticles:
+// its particles, so that the middle of an edge of length l sinks l^2/8R into a ball. kSurface: the
+// insides of its edges and triangles, too.
+enum class ColliderContact { kParticles, kSurface };
+
 // Fully resolved settings of one cloth. Ranges, units and defaults stand in kSettings.
 struct StepSettings {
   // The settings of the preset REALTIME.
@@ -60,6 +65,7 @@ struct StepSettings {
   // Sweeps per substep that remove the velocities that constraints forbid; kOneStep only.
   uint32_t velocity_iterations{};
   Sweep sweep{};
+  ColliderContact collider_contact{};
   // Rate at which the twist of a grid's cells is damped (server/solver/method.md, "damp_twist"). 0
   // = none.
   double twist_damping_per_s{};
@@ -135,6 +141,7 @@ inline constexpr std::array<std::string_view, 2> kSpringIntegrationNames{"IN_FOR
 inline constexpr std::array<std::string_view, 2> kIntegrationNames{"ONE_STEP", "TWO_STEP"};
 inline constexpr std::array<std::string_view, 2> kSweepNames{"COLOURS", "STRIPS"};
 inline constexpr std::array<std::string_view, 3> kDirectionNames{"AT_END", "AT_START", "BLENDED"};
+inline constexpr std::array<std::string_view, 2> kColliderContactNames{"PARTICLES", "SURFACE"};
 
 // The table: name, member, the defaults of PAPER, REALTIME and ACCURATE, the legal values.
 inline constexpr std::tuple kSettings{
@@ -158,6 +165,9 @@ inline constexpr std::tuple kSettings{
            {0, kMaxIterations}),
     Choice("sweep", &StepSettings::sweep, {Sweep::kColours, Sweep::kStrips, Sweep::kStrips},
            kSweepNames),
+    Choice("collider_contact", &StepSettings::collider_contact,
+           {ColliderContact::kParticles, ColliderContact::kParticles, ColliderContact::kParticles},
+           kColliderContactNames),
     Switch("use_tethers", &StepSettings::use_tethers, {false, true, false}),
     Number("twist_damping_per_s", &StepSettings::twist_damping_per_s, {0, 150, 0}, {0, 1e6, "1/s"}),
     Number("refine_above_strain", &StepSettings::refine_above_strain, {0, 2e-3, 0},

@@ -71,6 +71,7 @@ class CpuBackend final : public Backend {
             .has_worlds = true,
             .has_impulses = true,
             .has_bodies = true,
+            .has_surface_contacts = true,
             .plan_of = [plan = lane_count_ > 1 ? "lanes" : "single"](const SceneModel&, bool) {
               return plan;
             }};
@@ -195,6 +196,9 @@ class CpuBackend final : public Backend {
   }
 
   void SetContactSurface(Cloth& cloth) {
+    cloth.surface_parts = cloth.scheme->controls.plan.solver.has_surface_contacts
+                              ? parts_.Get(cloth.model->source)
+                              : nullptr;
     cloth.contact_surface.reset();
     if (!cloth.scheme->controls.touches_itself) return;
     cloth.contact_surface = surfaces_.Get(cloth.model->source);
@@ -483,6 +487,7 @@ class CpuBackend final : public Backend {
   std::vector<ThreadScratch> scratch_;  // one per thread of the arena
   FloatModelCache models_;
   ContactSurfaceCache surfaces_;
+  SurfacePartsCache parts_;
   std::mutex surfaces_mutex_;
   ClothSlots<Cloth> cloths_;
 };

@@ -140,6 +140,7 @@ StepContext ContextOf(Cloth& cloth, const StepItem& item, const Scheme& scheme,
                       leaves_out_colliders,
                       scheme.calmer_controls ? &*scheme.calmer_controls : nullptr};
   context.contact_surface = cloth.contact_surface.get();
+  context.surface_parts = cloth.surface_parts.get();
   context.may_cross_itself = cloth.may_cross_itself;
   context.asks_for_impulses = item.impulses;
   context.colliders = cloth.parameters.colliders;

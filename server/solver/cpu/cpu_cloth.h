@@ -14,6 +14,7 @@
 #include "server/solver/cpu/model/held_particles.h"
 #include "server/solver/cpu/model/own_lengths.h"
 #include "server/solver/self_contact/contact_surface.h"
+#include "server/solver/surface_contact/surface_parts.h"
 
 namespace drape::cpu {
 
@@ -47,6 +48,7 @@ struct Cloth {
   FaultReason fault = FaultReason::kNone;
   std::shared_ptr<LongStep> long_step{};  // of each that takes part; null: none has begun
   std::shared_ptr<const ContactSurface> contact_surface{};  // if it touches itself
+  std::shared_ptr<const SurfaceParts> surface_parts{};      // if these touch colliders
   bool may_cross_itself = true;  // or another cloth; until a step has found that nothing crosses
   // Its last step found that nothing of it could touch: the next one may do so in lanes. The result
   // does not depend on it.

@@ -33,6 +33,7 @@ class ReferenceBackend final : public Backend {
             .has_worlds = true,
             .has_impulses = true,
             .has_bodies = true,
+            .has_surface_contacts = true,
             .plan_of = [](const SceneModel&, bool) { return "scalar"; }};
   }
 
@@ -198,6 +199,8 @@ class ReferenceBackend final : public Backend {
     const bool touches_itself =
         cloth.parameters.self_collision && !cloth.model->triangles().empty();
     cloth.contact_surface = touches_itself ? surfaces_.Get(cloth.model) : nullptr;
+    const bool is_surface = cloth.parameters.settings.collider_contact == ColliderContact::kSurface;
+    cloth.surface_parts = is_surface ? parts_.Get(cloth.model) : nullptr;
   }
 
   // Those of `particles`; empty: all.
@@ -256,6 +259,7 @@ class ReferenceBackend final : public Backend {
   std::unordered_map<ClothHandle, ReferenceCloth> cloths_;
   std::unordered_map<ClothHandle, std::shared_ptr<LongStep>> steps_under_way_;
   ContactSurfaceCache surfaces_;
+  SurfacePartsCache parts_;
   ClothHandle next_handle_{.slot = 0, .generation = 1};
 };
 

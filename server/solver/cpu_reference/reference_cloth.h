@@ -11,6 +11,7 @@
 #include "server/solver/cloth_parameters.h"
 #include "server/solver/self_contact/contact_surface.h"
 #include "server/solver/step_report.h"
+#include "server/solver/surface_contact/surface_parts.h"
 
 namespace drape {
 
@@ -29,6 +30,7 @@ struct ReferenceCloth {
 
   std::shared_ptr<const ContactSurface> contact_surface{};  // if it touches itself
   std::shared_ptr<const ContactSurface> world_surface{};    // of its model, if it is in a world
+  std::shared_ptr<const SurfaceParts> surface_parts{};      // if these touch colliders
   bool may_cross_itself = true;  // or another cloth; until a step has found that nothing crosses
 
   bool has_own_lengths() const { return !rest_lengths_m.empty(); }

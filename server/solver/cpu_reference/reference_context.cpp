@@ -40,6 +40,8 @@ StepContext::StepContext(const SteppedReference& stepped, const ClothParameters&
       u(model.particle_count()),
       a(model.particle_count()),
       impulses(stepped.asked.impulses ? std::make_unique<ImpulseSums>(model, held, colliders.size())
-                                      : nullptr) {}
+                                      : nullptr) {
+  surface_contacts.Begin(*this, stepped.cloth->surface_parts.get());
+}
 
 }  // namespace drape::reference

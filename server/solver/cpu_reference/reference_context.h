@@ -17,6 +17,7 @@
 #include "server/solver/cpu_reference/reference_contact.h"
 #include "server/solver/cpu_reference/reference_impulses.h"
 #include "server/solver/cpu_reference/reference_step.h"
+#include "server/solver/cpu_reference/reference_surface_contacts.h"
 #include "server/solver/step_plan.h"
 
 namespace drape::reference {
@@ -78,6 +79,7 @@ struct StepContext {
   std::vector<ContactImpulse> beta;           // times w, [particle_count][collider_count] [m/s]
   std::unique_ptr<ImpulseSums> impulses;      // null: nobody asks for them
   std::vector<double> rebounds;               // [particle_count][collider_count] [m/s]; 0: no hit
+  ReferenceSurfaceContacts surface_contacts;  // of edges and triangles
 };
 
 }  // namespace drape::reference

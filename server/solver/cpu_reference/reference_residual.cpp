@@ -44,7 +44,7 @@ double Residual(const StepContext& context) {
           std::max(residual, ContactFloor(context, i, c) - PredictedContact(context, i, c).gap);
     }
   }
-  return residual;
+  return std::max(residual, context.surface_contacts.LargestError(context));
 }
 
 }  // namespace drape::reference

@@ -109,6 +109,7 @@ void Sweep(StepContexts& contexts, ReferenceSelfContacts& self_contacts, Progres
     Progress::OfCloth& its = progress.cloths[k];
     if (!its.is_sweeping) continue;
     parts.Do([&] { its.has_changed |= SolveBodies(contexts[k]); });
+    parts.Do([&] { its.has_changed |= contexts[k].surface_contacts.Solve(contexts[k]); });
     parts.DoRanges(contexts[k].model.particle_count(), kPerPart, [&](uint32_t begin, uint32_t end) {
       its.has_changed |= SolveContacts(contexts[k], begin, end);
     });
@@ -166,6 +167,7 @@ void BeforeSweeps(StepContext& context, Parts& parts) {
   Kick(context, context.substep.kick_before_s, context.state.positions_m,
        context.state.velocities_m_per_s, parts);
   parts.Do([&] { PredictContacts(context); });
+  parts.Do([&] { context.surface_contacts.Find(context); });
   parts.Do([&] { PredictBodies(context); });
   parts.Do([&] { AccelerateBySprings(context); });
   parts.Do([&] { Predict(context); });
@@ -203,6 +205,7 @@ bool Advance(StepContexts& contexts, ReferenceSelfContacts& self_contacts, Progr
         parts.Do([&] { IntegrateBodies(contexts[k]); });
       }
       parts.Do([&] { self_contacts.Guard(contexts); });
+      for (auto& its : contexts) parts.Do([&] { its.surface_contacts.Advance(its); });
     });
     if (!is_done) return false;
     progress.part = Part::kVelocitySweeps;
@@ -215,6 +218,7 @@ bool Advance(StepContexts& contexts, ReferenceSelfContacts& self_contacts, Progr
   const bool is_done = DoParts(progress, pause, [&](Parts& parts) {
     for (StepContext& context : contexts) {
       parts.Do([&] { CorrectBodies(context); });
+      parts.Do([&] { context.surface_contacts.Correct(context); });
       parts.Do([&] { CorrectVelocity(context); });
       Kick(context, context.substep.kick_after_s, context.state.positions_m,
            context.state.velocities_m_per_s, parts);

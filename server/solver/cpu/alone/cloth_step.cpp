@@ -20,6 +20,7 @@
 #include "server/solver/cpu/alone/self_contacts.h"
 #include "server/solver/cpu/alone/springs.h"
 #include "server/solver/cpu/alone/strips.h"
+#include "server/solver/cpu/alone/surface_contacts.h"
 #include "server/solver/cpu/alone/tethers.h"
 #include "server/solver/cpu/alone/twist.h"
 #include "server/solver/cpu/alone/wind.h"
@@ -114,6 +115,7 @@ bool Solve(SteppedCloths cloths, StepProgress& progress, const Pause& pause) {
       StepOfCloth& its = progress.cloths[k];
       if (its.is_sweeping) {
         its.has_changed |= SolveBodies(cloths[k].context);
+        its.has_changed |= SolveSurfaceContacts(cloths[k].context);
         its.has_changed |= SolveContacts(cloths[k].context);
       }
       its.is_sweeping = cloths[k].context.controls.tolerance == 0 || have_contacts_changed ||
@@ -194,11 +196,13 @@ void Begin(const StepContext& context, const FloatState& state) {
   scratch.self_contacts_failed = false;
   if (ImpulseSums* const sums = context.impulses()) sums->Begin(model, scratch.reach.near.size());
   BeginBodies(context);
+  BeginSurfaceContacts(context);
 }
 
 void BeforeSweeps(const StepContext& context) {
   Kick(context, context.scratch.state.positions, context.substep.kick_before);
   PredictContacts(context);
+  FindSurfaceContacts(context);
   PredictBodies(context);
   AccelerateBySprings(context);
   Predict(context);
@@ -227,12 +231,14 @@ bool Advance(SteppedCloths cloths, StepProgress& progress, const Pause& pause) {
       Integrate(cloth.context);
     }
     GuardSelfContacts(cloths);
+    for (const SteppedCloth& cloth : cloths) AdvanceSurfaceContacts(cloth.context);
     progress.part = Part::kVelocitySweeps;
     progress.sweep = 0;
   }
   if (!SolveVelocity(cloths, progress, pause)) return false;
   for (const SteppedCloth& cloth : cloths) {
     CorrectBodies(cloth.context);
+    CorrectSurfaceContacts(cloth.context);
     CorrectVelocity(cloth.context);
     Kick(cloth.context, cloth.context.scratch.state.positions, cloth.context.substep.kick_after);
   }
@@ -293,6 +299,7 @@ StepContext CalmerContext(const StepContext& context) {
                      context.max_iterations,
                      context.leaves_out_colliders};
   calmer.contact_surface = context.contact_surface;
+  calmer.surface_parts = context.surface_parts;
   calmer.world_origin = context.world_origin;
   calmer.may_cross_itself = context.may_cross_itself;
   calmer.asks_for_impulses = context.asks_for_impulses;

@@ -37,6 +37,8 @@ FloatControls::FloatControls(const FloatModel& model, const ClothParameters& par
   const double substep_s = settings.substep_s();
   damping_per_s = parameters.damping_per_s;
   end_share = static_cast<float>(plan.solver.end_share);
+  thickness_m = parameters.thickness_m;
+  time_step_s = settings.time_step_s;
   time_step = static_cast<float>(settings.time_step_s);
   h = static_cast<float>(substep_s);
   inverse_h = static_cast<float>(1 / substep_s);

@@ -54,6 +54,8 @@ struct FloatControls {
   StepPlan plan;
   EnergyLimit energy_limit;
   double damping_per_s;
+  double thickness_m;
+  double time_step_s;
   float time_step;               // [s]
   float h;                       // substep [s]
   float inverse_h;               // [1/s]

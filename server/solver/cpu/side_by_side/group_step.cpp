@@ -169,7 +169,7 @@ LaneSupport SupportedLanes() {
 bool FitsLanes(const FloatModel& model, const FloatControls& controls) {
   const size_t particles = model.particle_count;
   if (particles > kMaxLaneParticles) return false;
-  if (controls.has_bodies) return false;
+  if (controls.has_bodies || controls.plan.solver.has_surface_contacts) return false;
   if (particles * controls.colliders.size() > kMaxLaneContacts) return false;
   const auto is_map = [](const FloatCollider& collider) {
     return collider.kind == ShapeKind::kDistanceMap;

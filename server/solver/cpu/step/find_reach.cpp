@@ -91,6 +91,11 @@ ParticleBox RangeOf(const StepContext& context, const FloatState& state, size_t 
   for (size_t k = 0; k < held.particles.size(); ++k) {
     pin_ways = Max(pin_ways, Abs(held.targets[k] - state.positions[held.particles[k]]));
   }
+  // Edges and triangles are between all particles.
+  for (size_t k = 0; controls.plan.solver.has_surface_contacts && k < held.particles.size(); ++k) {
+    range.Add(state.positions[held.particles[k]]);
+    range.Add(held.targets[k]);
+  }
   const float duration = controls.time_step;
   const float way = (Length(speeds) + Length(controls.gravity) * duration) * duration;
   const float reach = static_cast<float>(kReachFactor) * (way + Length(pin_ways)) +

@@ -20,6 +20,7 @@
 
 namespace drape {
 class ContactSurface;
+class SurfaceParts;
 }  // namespace drape
 
 namespace drape::cpu {
@@ -72,7 +73,8 @@ struct StripScratch {
   std::vector<uint32_t> stretched_links;  // places that refinement found
 };
 
-struct SelfContactMemory;  // alone/self_contacts.h
+struct SelfContactMemory;     // alone/self_contacts.h
+struct SurfaceContactMemory;  // alone/surface_contacts.h
 
 // Working memory of `apply_elastic` of a grid (GridElements), by coordinates. The numbers beside
 // the rows stay 0.
@@ -112,9 +114,10 @@ struct StepScratch {
   bool has_quiet_particles = false;       // any of them is not 0
   // [reach.near] in the substep under way; empty if all rest as described.
   std::vector<MovingSurface> surfaces;
-  std::shared_ptr<SelfContactMemory> self_contacts;  // made when a cloth first needs it
-  ImpulseSums impulses;                              // only where they are asked for
-  Bodies bodies;                                     // of the colliders
+  std::shared_ptr<SelfContactMemory> self_contacts;        // made when a cloth first needs it
+  std::shared_ptr<SurfaceContactMemory> surface_contacts;  // the same
+  ImpulseSums impulses;                                    // only where they are asked for
+  Bodies bodies;                                           // of the colliders
   bool self_contacts_failed = false;  // pins forced the cloth through itself in this step
   uint64_t repeats = 0;  // steps of this thread that were done again with all colliders
 };
@@ -145,7 +148,8 @@ struct StepContext {
   // Null: the cloth passes through everything but colliders. Of several cloths: that of their
   // world.
   const ContactSurface* contact_surface = nullptr;
-  Vec4 world_origin{};             // of the cloth's frame in that of its world [m]
+  const SurfaceParts* surface_parts = nullptr;  // null: particles alone touch colliders
+  Vec4 world_origin{};                          // of the cloth's frame in that of its world [m]
   bool may_cross_itself = true;    // parts of the cloth may cross something when the step begins
   bool asks_for_impulses = false;  // StepReport::impulses
   std::span<const Collider> colliders{};

@@ -1,0 +1,366 @@
+#include "server/solver/surface_contact/lowest_point.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "server/solver/self_contact/closest_points.h"
+
+namespace drape::surface_contact {
+namespace {
+
+using self_contact::Clamped;
+using self_contact::Cross;
+using self_contact::Dot;
+using self_contact::Length;
+
+// Places that an edge is tried at, beside its ends, at most. More: a little nearer; fewer: the gap
+// of what is far from a round solid is less exact.
+constexpr int kMostTries = 10;
+// The gap is found to this share of the least dip that counts [-].
+constexpr double kExactness = 0.25;
+// Where the mean of two normals across an edge is shorter than this [-] the edge goes through a
+// plate from one face to the other: no way across it is out.
+constexpr double kLeastMean = 0.1;
+// Intervals of an edge above a distance map: of one cell each, but no more than this.
+constexpr int kMostIntervals = 12;
+constexpr int kMapTries = 6;
+constexpr int kTriangleTries = 12;
+constexpr int kPathTries = 24;
+
+// What is known of the distance along an edge, at a place on it.
+template <class V>
+struct Tangent {
+  ScalarOf<V> place = 0;  // 0 to 1
+  Gap<V> at{};
+  ScalarOf<V> slope = 0;  // along the whole edge [m]
+};
+
+template <class V>
+Tangent<V> TangentAt(const Solid<V>& solid, const V& a, const V& d, ScalarOf<V> place) {
+  const Gap<V> at = solid.At(V(a + place * d));
+  return {place, at, Dot(at.normal, d)};
+}
+
+template <class V>
+V Across(const V& n, const V& d) {
+  const V across = n - (Dot(n, d) / Dot(d, d)) * d;
+  const ScalarOf<V> length = Length(across);
+  return length > 0 ? V(across / length) : n;
+}
+
+template <class V>
+LowestPoint<V> OnEdge(ScalarOf<V> place, const V& normal, ScalarOf<V> gap) {
+  return {.is_inside = true, .weights = {1 - place, place, 0}, .normal = normal, .gap = gap};
+}
+
+// The half-spaces behind the tangents of two places hold the solid, and so does each mean of them.
+// That mean across the edge has all of the edge at the same distance: where the tangents meet.
+template <class V>
+struct Wedge {
+  using Real = ScalarOf<V>;
+
+  // `offset`: around a core whose edges are sharp.
+  Wedge(const Tangent<V>& low, const Tangent<V>& high, Real offset) {
+    const Real difference = low.slope - high.slope;  // < 0
+    place = std::clamp(
+        (high.at.gap - low.at.gap + low.slope * low.place - high.slope * high.place) / difference,
+        low.place, high.place);
+    height = low.at.gap + low.slope * (place - low.place);
+    const Real share = -high.slope / difference;
+    const V mean = share * low.at.normal + (1 - share) * high.at.normal;
+    const Real length = Length(mean);
+    is_across = length > static_cast<Real>(kLeastMean);
+    if (!is_across) return;
+    normal = mean / length;
+    gap = (height + offset) / length - offset;
+  }
+
+  Real place;
+  Real height;  // of both tangents there [m]
+  bool is_across;
+  V normal{};
+  Real gap = std::numeric_limits<Real>::lowest();  // of the edge along the normal [m]
+};
+
+// The distance is convex along the edge, and falls inwards at both ends.
+template <class V>
+LowestPoint<V> LowestByTangents(const Solid<V>& solid, const V& a, const V& d, Tangent<V> low,
+                                Tangent<V> high, ScalarOf<V> least) {
+  using Real = ScalarOf<V>;
+  const Real lower_end = std::min(low.at.gap, high.at.gap);
+  const Real exactness = static_cast<Real>(kExactness) * least;
+  for (int k = 0;; ++k) {
+    const Wedge<V> wedge(low, high, solid.offset());
+    if (wedge.height > lower_end - least) return {.gap = lower_end - least};
+    // Between round solids and far from edges the slope is nearly linear, at edges it jumps.
+    const Real secant = low.place + low.slope / (low.slope - high.slope) * (high.place - low.place);
+    const bool is_jump = k % 2 == 0;
+    const Tangent<V> next = TangentAt(solid, a, d, is_jump ? wedge.place : secant);
+    const bool is_exact = next.at.gap - std::max(wedge.height, wedge.gap) <= exactness;
+    if (next.slope == 0) return OnEdge(next.place, next.at.normal, next.at.gap);
+    if (is_exact || k == kMostTries || !(low.place < next.place && next.place < high.place)) {
+      if (!wedge.is_across) return {.gap = wedge.height};
+      return OnEdge(wedge.place, wedge.normal, wedge.gap);
+    }
+    (next.slope < 0 ? low : high) = next;
+  }
+}
+
+// Exact: the nearest points of the edge and of the segment in the capsule.
+template <class V>
+LowestPoint<V> LowestAboveSegment(const Solid<V>& solid, const V& a, const V& b,
+                                  ScalarOf<V> least) {
+  using Real = ScalarOf<V>;
+  const V d = b - a;
+  Real place = 0;
+  V difference{};
+  if (solid.kind() == ShapeKind::kSphere) {
+    place = Clamped(Dot(V(solid.segment_begin() - a), d) / Dot(d, d));
+    difference = a + place * d - solid.segment_begin();
+  } else {
+    const V end = solid.segment_begin() + solid.segment();
+    const auto closest = self_contact::ClosestOfEdges<V>({a, b, solid.segment_begin(), end});
+    place = closest.weights[1];
+    difference = closest.difference;
+  }
+  const Real distance = Length(difference);
+  const Real gap = distance - solid.offset();
+  if (!(place > 0 && place < 1)) return {.gap = gap};
+  if (std::min(solid.At(a).gap, solid.At(b).gap) - gap <= least) return {.gap = gap};
+  if (distance > std::numeric_limits<Real>::epsilon() * Length(d)) {
+    return OnEdge(place, Across(V(difference / distance), d), gap);
+  }
+  const V across = Cross(d, solid.kind() == ShapeKind::kSphere ? V{0, 1, 0, 0} : solid.segment());
+  const Real size = Length(across);
+  return OnEdge(place, size > 0 ? V(across / size) : Across(V{1, 0, 0, 0}, d), gap);
+}
+
+// Not convex: the lowest of some places, and the dip around it.
+template <class V>
+LowestPoint<V> LowestAboveMap(const Solid<V>& solid, const V& a, const V& b, ScalarOf<V> least) {
+  using Real = ScalarOf<V>;
+  const V d = b - a;
+  const int intervals = std::clamp(static_cast<int>(std::min(Length(d) / solid.cell(), Real{100})),
+                                   2, kMostIntervals);
+  std::array<Tangent<V>, kMostIntervals + 1> tried;
+  int lowest = 0;
+  for (int k = 0; k <= intervals; ++k) {
+    tried[static_cast<size_t>(k)] =
+        TangentAt(solid, a, d, static_cast<Real>(k) / static_cast<Real>(intervals));
+    if (tried[static_cast<size_t>(k)].at.gap < tried[static_cast<size_t>(lowest)].at.gap)
+      lowest = k;
+  }
+  const Real lower_end = std::min(tried[0].at.gap, tried[static_cast<size_t>(intervals)].at.gap);
+  Tangent<V> best = tried[static_cast<size_t>(lowest)];
+  // Of any surface with this distance nothing between two places is lower than this.
+  const Real bound = best.at.gap - Length(d) / static_cast<Real>(2 * intervals);
+  Tangent<V> low = tried[static_cast<size_t>(best.slope > 0 ? std::max(lowest - 1, 0) : lowest)];
+  Tangent<V> high =
+      tried[static_cast<size_t>(best.slope > 0 ? lowest : std::min(lowest + 1, intervals))];
+  if (!(low.slope < 0 && high.slope > 0)) {
+    if (lowest == 0 || lowest == intervals) return {.gap = bound};
+    low = tried[static_cast<size_t>(lowest - 1)];
+    high = tried[static_cast<size_t>(lowest + 1)];
+  }
+  for (int k = 0; k < kMapTries && low.slope < 0 && high.slope > 0; ++k) {
+    const Real secant = low.place + low.slope / (low.slope - high.slope) * (high.place - low.place);
+    const Tangent<V> next =
+        TangentAt(solid, a, d, k % 2 == 0 ? secant : (low.place + high.place) / 2);
+    if (next.at.gap < best.at.gap) best = next;
+    (next.slope < 0 ? low : high) = next;
+  }
+  if (!(best.place > 0 && best.place < 1) || lower_end - best.at.gap <= least) {
+    return {.gap = std::min(bound, best.at.gap - least)};
+  }
+  return OnEdge(best.place, Across(best.at.normal, d), best.at.gap);
+}
+
+// Barycentric coordinates of the point of the triangle's plane that is nearest to x.
+template <class V>
+std::array<ScalarOf<V>, 3> WeightsAt(const std::array<V, 3>& corners, const V& x) {
+  using Real = ScalarOf<V>;
+  const V e = corners[1] - corners[0], f = corners[2] - corners[0], d = x - corners[0];
+  const Real ee = Dot(e, e), ef = Dot(e, f), ff = Dot(f, f), de = Dot(d, e), df = Dot(d, f);
+  const Real determinant = ee * ff - ef * ef;
+  const Real v = (ff * de - ef * df) / determinant, w = (ee * df - ef * de) / determinant;
+  return {1 - v - w, v, w};
+}
+
+// All weights are above `least`.
+template <class V>
+bool AreInside(const std::array<ScalarOf<V>, 3>& weights, double least) {
+  const auto its = static_cast<ScalarOf<V>>(least);
+  return weights[0] > its && weights[1] > its && weights[2] > its;
+}
+
+template <class V>
+V PointOf(const std::array<V, 3>& corners, const std::array<ScalarOf<V>, 3>& weights) {
+  return corners[0] + weights[1] * (corners[1] - corners[0]) +
+         weights[2] * (corners[2] - corners[0]);
+}
+
+// By steps along the slope, as long as the last two suggest (Barzilai and Borwein 1988).
+template <class V>
+LowestPoint<V> LowestOnTriangleAboveMap(const Solid<V>& solid, const std::array<V, 3>& corners,
+                                        const V& normal, ScalarOf<V> least) {
+  using Real = ScalarOf<V>;
+  Real lowest_corner = std::numeric_limits<Real>::max();
+  Real bound = std::numeric_limits<Real>::lowest();
+  const V centre = PointOf<V>(corners, {Real{1} / 3, Real{1} / 3, Real{1} / 3});
+  for (const V& corner : corners) {
+    lowest_corner = std::min(lowest_corner, solid.At(corner).gap);
+    bound = std::max(bound, -Length(V(corner - centre)));
+  }
+  V x = centre;
+  Gap<V> at = solid.At(x);
+  Real radius = 0;
+  for (const V& corner : corners) radius = std::max(radius, Length(V(corner - centre)));
+  bound = at.gap - radius;
+  if (bound > 0) return {.gap = bound};
+  V best = x;
+  Gap<V> best_at = at;
+  const auto slope_of = [&](const Gap<V>& gap) {
+    return V(gap.normal - Dot(gap.normal, normal) * normal);
+  };
+  V slope = slope_of(at);
+  Real step = radius / 2;
+  for (int k = 0; k < kTriangleTries; ++k) {
+    const V move = -step * slope;
+    const V next = x + move;
+    if (!AreInside<V>(WeightsAt(corners, next), kLeastWeight)) {
+      step /= 4;
+      continue;
+    }
+    at = solid.At(next);
+    const V next_slope = slope_of(at);
+    if (at.gap < best_at.gap) {
+      best = next;
+      best_at = at;
+    }
+    const V change = next_slope - slope;
+    const Real along = Dot(move, change);
+    step = along > 0 ? std::min(Dot(move, move) / along, radius) : step / 2;
+    x = next;
+    slope = next_slope;
+  }
+  const auto weights = WeightsAt(corners, best);
+  // A dip inside: the slope has nearly gone.
+  const Real level = Length(slope_of(best_at));
+  if (!AreInside<V>(weights, kLeastWeight) || lowest_corner - best_at.gap <= least ||
+      level > Real{0.25}) {
+    return {.gap = bound};
+  }
+  const V across = Dot(best_at.normal, normal) < 0 ? V(-normal) : normal;
+  return {.is_inside = true, .weights = weights, .normal = across, .gap = best_at.gap};
+}
+
+}  // namespace
+
+template <class V>
+static LowestPoint<V> LowestBetween(const Solid<V>& solid, const V& a, const V& b,
+                                    ScalarOf<V> least) {
+  const V d = b - a;
+  if (!(Dot(d, d) > 0)) return {.gap = solid.At(a).gap};
+  if (solid.kind() == ShapeKind::kSphere || solid.kind() == ShapeKind::kCapsule) {
+    return LowestAboveSegment(solid, a, b, least);
+  }
+  if (!solid.is_convex()) return LowestAboveMap(solid, a, b, least);
+  const Tangent<V> low = TangentAt(solid, a, d, 0), high = TangentAt(solid, a, d, 1);
+  if (low.slope < 0 && high.slope > 0) return LowestByTangents(solid, a, d, low, high, least);
+  LowestPoint<V> none{.gap = std::min(low.at.gap, high.at.gap)};
+  // On one face: nothing is lower inside before an end leaves it.
+  if (low.slope == high.slope) none.room = solid.RoomAboveFace(std::array{a, b});
+  return none;
+}
+
+template <class V>
+LowestPoint<V> LowestOnEdge(const Solid<V>& solid, const V& a, const V& b, ScalarOf<V> least) {
+  using Real = ScalarOf<V>;
+  const V beyond = static_cast<Real>(kOverlap) * (b - a);
+  LowestPoint<V> lowest = LowestBetween(solid, V(a - beyond), V(b + beyond), least);
+  const Real place = Clamped(lowest.weights[1] * static_cast<Real>(1 + 2 * kOverlap) -
+                             static_cast<Real>(kOverlap));
+  lowest.weights[0] = 1 - place;
+  lowest.weights[1] = place;
+  return lowest;
+}
+
+// The normal is that of the triangle, on one side or the other, and the point that of the solid
+// that is farthest along it: the support (Gilbert, Johnson & Keerthi 1988).
+template <class V>
+LowestPoint<V> LowestOnTriangle(const Solid<V>& solid, const std::array<V, 3>& corners,
+                                ScalarOf<V> least) {
+  using Real = ScalarOf<V>;
+  const V cross = Cross(V(corners[1] - corners[0]), V(corners[2] - corners[0]));
+  const Real twice_area = Length(cross);
+  if (!(twice_area > 0)) return {};
+  const V normal = cross / twice_area;
+  if (!solid.is_convex()) return LowestOnTriangleAboveMap(solid, corners, normal, least);
+  LowestPoint<V> none;
+  none.room = solid.RoomAboveFace(corners);
+  if (none.room > 0) return none;
+  LowestPoint<V> lowest;
+  lowest.gap = std::numeric_limits<Real>::lowest();
+  for (const V& n : {normal, V(-normal)}) {
+    const V farthest = solid.Farthest(n);
+    const Real gap = Dot(n, V(corners[0] - farthest)) - solid.offset();
+    if (gap <= lowest.gap) continue;
+    lowest = {.weights = WeightsAt(corners, farthest), .normal = n, .gap = gap};
+  }
+  const bool is_round = solid.kind() == ShapeKind::kSphere || solid.kind() == ShapeKind::kCapsule;
+  lowest.is_inside = AreInside<V>(lowest.weights, is_round ? kLeastWeight : -kOverlap);
+  if (is_round && !lowest.is_inside) {
+    // The foot of the centre moves by a corner's way, and by the centre's distance for each height
+    // of the triangle that one corner rises against the others.
+    Real outside = 0, least_height = std::numeric_limits<Real>::max();
+    for (size_t k = 0; k < 3; ++k) {
+      const Real side = Length(V(corners[(k + 2) % 3] - corners[(k + 1) % 3]));
+      const Real height = twice_area / side;
+      least_height = std::min(least_height, height);
+      outside = std::max(outside, (static_cast<Real>(kLeastWeight) - lowest.weights[k]) * height);
+    }
+    const Real distance = std::abs(lowest.gap) + solid.offset();
+    lowest.room = outside / (2 + 2 * distance / least_height);
+  }
+  Real sum = 0;
+  for (Real& weight : lowest.weights) sum += weight = std::max(weight, Real{0});
+  for (Real& weight : lowest.weights) weight /= sum;
+  return lowest;
+}
+
+// By steps of the gap, which is no more than the way to the surface.
+template <class V>
+bool Meets(const Solid<V>& solid, const V& a, const V& b, V& place, V& normal) {
+  using Real = ScalarOf<V>;
+  const V d = b - a;
+  const Real length = Length(d);
+  if (!(length > 0)) return false;
+  Real along = 0;
+  for (int k = 0; k < kPathTries; ++k) {
+    place = a + along * d;
+    const Gap<V> at = solid.At(place);
+    normal = at.normal;
+    if (at.gap < 0) return k > 0;
+    const Real slope = Dot(normal, d);
+    if (slope >= 0) return false;  // convex: it only gets farther from here on
+    if (at.gap <= static_cast<Real>(1e-3) * length) {
+      place -= at.gap * normal;
+      return true;
+    }
+    // The tangent's zero is not behind the surface.
+    along += at.gap / -slope;
+    if (along > 1) return false;
+  }
+  return false;
+}
+
+#define DRAPE_LOWEST(V)                                                                            \
+  template LowestPoint<V> LowestOnEdge(const Solid<V>&, const V&, const V&, ScalarOf<V>);          \
+  template LowestPoint<V> LowestOnTriangle(const Solid<V>&, const std::array<V, 3>&, ScalarOf<V>); \
+  template bool Meets(const Solid<V>&, const V&, const V&, V&, V&)
+DRAPE_LOWEST(self_contact::Vector3f);
+DRAPE_LOWEST(self_contact::Vector3d);
+#undef DRAPE_LOWEST
+
+}  // namespace drape::surface_contact

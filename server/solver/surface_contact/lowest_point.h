@@ -1,0 +1,62 @@
+// Where an edge or a triangle is lowest above a solid, if that is inside of it. Pure.
+#pragma once
+
+#include <array>
+
+#include "server/solver/surface_contact/solid.h"
+
+namespace drape::surface_contact {
+
+template <class V>
+struct LowestPoint {
+  using Real = ScalarOf<V>;
+
+  // The distance is less than at its ends, or its rim.
+  bool is_inside = false;
+  std::array<Real, 3> weights{};  // of the ends or corners
+  // Unit, across the edge or triangle; `gap` from the plane across it that the solid lies behind,
+  // as far as the distance is convex [m]. If it is not inside the gap is a bound: nothing of the
+  // edge or triangle is nearer.
+  V normal{};
+  Real gap = 0;
+  // As long as no particle moves farther than this relative to the solid it is not inside [m].
+  Real room = 0;
+};
+
+// `least`: a dip of less below the lower end does not count [m].
+template <class V>
+LowestPoint<V> LowestOnEdge(const Solid<V>& solid, const V& a, const V& b, ScalarOf<V> least);
+
+template <class V>
+LowestPoint<V> LowestOnTriangle(const Solid<V>& solid, const std::array<V, 3>& corners,
+                                ScalarOf<V> least);
+
+// Of a point that goes from a to b, of a convex solid: the gap where it first meets the surface is
+// 0, with that normal there. False: it does not, or starts inside.
+template <class V>
+bool Meets(const Solid<V>& solid, const V& a, const V& b, V& place, V& normal);
+
+// Above round solids a triangle whose lowest point has a smaller barycentric coordinate is left to
+// its edges, which are hardly higher [-]. Larger: it sinks in there, by the square of that share of
+// a height over twice the radius; smaller: what lies on a ball with both pushes in turn. The
+// corners of boxes and the rims of cylinders count up to the rim of a triangle.
+inline constexpr double kLeastWeight = 0.02;
+
+// An edge goes on beyond its ends, and for what is sharp a triangle beyond its rim, by this share
+// of its length or heights [-]. So the corner of a box that passes a particle is above the edges
+// and triangles on both sides for a while: cloth that lies around what is convex bends away from
+// it, and what begins to push has nothing to push. Without it a particle at the corner of a box
+// trembles by centimetres, pushed in turn by each triangle around it. Larger: folds that bend
+// towards a corner keep off it, by that share; smaller: such particles tremble again.
+inline constexpr double kOverlap = 0.005;
+
+#define DRAPE_EXTERN_LOWEST(V)                                                                   \
+  extern template LowestPoint<V> LowestOnEdge(const Solid<V>&, const V&, const V&, ScalarOf<V>); \
+  extern template LowestPoint<V> LowestOnTriangle(const Solid<V>&, const std::array<V, 3>&,      \
+                                                  ScalarOf<V>);                                  \
+  extern template bool Meets(const Solid<V>&, const V&, const V&, V&, V&)
+DRAPE_EXTERN_LOWEST(self_contact::Vector3f);
+DRAPE_EXTERN_LOWEST(self_contact::Vector3d);
+#undef DRAPE_EXTERN_LOWEST
+
+}  // namespace drape::surface_contact

@@ -1,0 +1,78 @@
+// The distance from a collider, in single or double precision: what `LowestOnEdge` asks of it.
+#pragma once
+
+#include <array>
+#include <memory>
+
+#include "server/scene/colliders.h"
+#include "server/solver/self_contact/vectors.h"
+
+namespace drape::surface_contact {
+
+using self_contact::ScalarOf;
+
+// Distance from the surface less the thickness, negative inside [m], and the outward unit normal.
+template <class V>
+struct Gap {
+  ScalarOf<V> gap = 0;
+  V normal{};
+};
+
+// A collider as described, with the cloth's thickness around it. Its distance is convex unless it
+// is a distance map. Constant.
+template <class V>
+class Solid {
+ public:
+  using Real = ScalarOf<V>;
+
+  // Not of a plane.
+  Solid(const Collider& collider, double thickness_m);
+
+  ShapeKind kind() const { return kind_; }
+  bool is_convex() const { return kind_ != ShapeKind::kDistanceMap; }
+  // Half of its smallest width: what moves farther within a substep may pass [m]; of a map 0: not
+  // known.
+  Real half_width() const { return half_width_; }
+  // Of a distance map [m].
+  Real cell() const { return cell_; }
+  // A radius that is around all of it: the thickness, of round shapes with their own [m].
+  Real offset() const { return offset_; }
+
+  Gap<V> At(const V& x) const;
+  // Of a convex one: the point of what has `offset` around it that is farthest along the unit
+  // vector n. Where a whole edge or face is, to kLevelSlope, it changes smoothly with n.
+  V Farthest(const V& n) const;
+  // How far points above the same face, both where they are, may move and still be above it [m];
+  // 0: they are not.
+  Real RoomAboveFace(std::span<const V> points) const;
+
+  // The ends of a capsule's segment, and the centre of a sphere twice.
+  const V& segment_begin() const { return point_; }
+  const V& segment() const { return vector_; }
+
+ private:
+  V Local(const V& x) const;
+  V FromLocal(const V& local) const;
+
+  ShapeKind kind_;
+  V point_{};
+  V vector_{};
+  std::array<V, 3> axes_{};
+  Real offset_ = 0;
+  Real radius_ = 0;       // of a cylinder
+  Real half_length_ = 0;  // of a cylinder
+  Real half_width_ = 0;
+  Real cell_ = 0;
+  std::shared_ptr<const DistanceMap> map_;
+  RigidTransform pose_;  // of the map
+};
+
+// Faces and edges that are this level lie flat on each other [-]. Larger: supports are taken where
+// there are none, by that share of their lengths; smaller: rounding throws the point of support
+// from one end to the other.
+inline constexpr double kLevelSlope = 1e-3;
+
+extern template class Solid<self_contact::Vector3f>;
+extern template class Solid<self_contact::Vector3d>;
+
+}  // namespace drape::surface_contact

@@ -1,0 +1,517 @@
+#include "server/solver/surface_contact/surface_contacts.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "server/solver/solver_constants.h"
+
+namespace drape::surface_contact {
+namespace {
+
+using self_contact::Dot;
+using self_contact::Length;
+using self_contact::SquaredLength;
+
+// A dip of an edge between its ends of less than this share of a typical edge does not count [-].
+// Larger: edges sink in by that much; smaller: edges of fine cloth on large balls cost time, and in
+// single precision rounding makes dips.
+constexpr double kLeastDip = 1e-4;
+// A plane is used for this time [s], unless particles have moved farther than this share of a
+// typical edge since [-]. Longer: what slides over a ball or an edge leaves it by what the planes
+// turn meanwhile; shorter: time.
+constexpr double kPlaneAge_s = 1.0 / 800;
+constexpr double kPlaneTravel = 0.02;
+// Within a substep no particle is expected to go farther than this many times the way of the
+// fastest one in the last substep, and what gravity adds [-]. Larger: more is looked at; smaller:
+// what is thrown is found a substep late.
+constexpr double kWayMargin = 2;
+// A search allows for this many times the way of the fastest particle in free fall until the end of
+// the step [-], and for this share of a typical edge [-]. Larger: more candidates; smaller: more
+// searches.
+constexpr double kReach = 2;
+constexpr double kReachMargin = 0.05;
+// Without candidates it is looked every so many substeps how far particles have come.
+constexpr uint32_t kLookEvery = 4;
+// Edges are expected to be no longer than this many times their length at rest [-].
+constexpr double kMostStretch = 1.5;
+// Candidates of one collider for each particle of the cloth [-]: the edges and triangles of a mesh
+// are 5; a set of links may have more. More are left out. Larger: memory.
+constexpr size_t kMostCandidates = 16;
+// What has sunk in is pushed out at most this fast [m/s]: slower than particles are
+// (kMaxDepenetrationSpeed_m_per_s), for at the corners of a box it changes at once which triangle
+// has sunk in and by how much. Larger: cloth around corners trembles; smaller: what was thrown in
+// stays there for longer.
+constexpr double kRecovery_m_per_s = 0.1;
+
+template <class V>
+ScalarOf<V> LargestSize(const V& v) {
+  return self_contact::LargestOf(self_contact::Abs(v));
+}
+
+}  // namespace
+
+template <class V>
+void SurfaceContacts<V>::Begin(const SurfaceParts& parts, const Solids& solids,
+                               const StepNumbers<V>& numbers) {
+  parts_ = &parts;
+  numbers_ = numbers;
+  substep_s_ = numbers.time_step_s / numbers.substeps;
+  substep_ = 0;
+  ages_after_ = 1 + static_cast<uint32_t>(kPlaneAge_s / substep_s_);
+  has_starts_ = false;
+  active_.clear();
+  solids_.clear();
+  for (const uint32_t c : solids.places) {
+    const Collider& collider = solids.colliders[c];
+    if (collider.kind() == ShapeKind::kPlane || collider.is_body()) continue;
+    solids_.push_back({PlacedSolid<V>(
+        collider, solids.motions.empty() ? nullptr : &solids.motions[c], solids.thickness_m, c)});
+  }
+}
+
+template <class V>
+void SurfaceContacts<V>::Find(std::span<const V> positions, std::span<const V> velocities) {
+  ++substep_;
+  active_.clear();
+  has_starts_ = false;
+  if (solids_.empty()) return;
+  const auto h = static_cast<Real>(substep_s_);
+  const Real fall = Length(numbers_.gravity) * h * h;
+  if (substep_ == 1) least_dip_ = LeastDip(positions);
+  for (SolidState& solid : solids_) {
+    solid.placed.Place((substep_ - 1) * substep_s_, substep_ * substep_s_);
+    if (solid.needs_search) Search(solid, positions, velocities);
+    solid.expected = static_cast<Real>(kWayMargin) * solid.particle_way + fall + solid.own_way;
+    for (size_t c = 0; c < solid.candidates.size(); ++c) {
+      const bool is_due = solid.travel + solid.expected >= solid.wake_travels[c] ||
+                          substep_ >= solid.wake_substeps[c];
+      if (is_due) Look(solid, c, positions, velocities);
+    }
+    has_starts_ |= !solid.candidates.empty();
+    solid.passing.clear();
+    const bool may_pass =
+        solid.placed.solid().is_convex() &&
+        solid.expected > static_cast<Real>(kWayMargin / 2) * solid.placed.solid().half_width();
+    if (may_pass) FindPassing(solid, positions, velocities);
+  }
+  has_starts_ |= !active_.empty();
+  if (has_starts_) starts_.assign(positions.begin(), positions.end());
+}
+
+// So that rounding of what is far from the origin does not count either.
+template <class V>
+ScalarOf<V> SurfaceContacts<V>::LeastDip(std::span<const V> positions) const {
+  Real farthest = 0;
+  for (const V& p : positions) farthest = std::max(farthest, LargestSize(p));
+  return std::max(
+      static_cast<Real>(kLeastDip) * numbers_.edge_length,
+      static_cast<Real>(kTouchRoundOffs) * std::numeric_limits<Real>::epsilon() * farthest);
+}
+
+template <class V>
+void SurfaceContacts<V>::Search(SolidState& solid, std::span<const V> positions,
+                                std::span<const V> velocities) {
+  solid.needs_search = false;
+  solid.searched_in = substep_;
+  solid.candidates.clear();
+  solid.wake_travels.clear();
+  solid.wake_substeps.clear();
+  solid.found_positions.assign(positions.begin(), positions.end());
+  self_contact::Box<V> box;
+  Real speed_sq = 0;
+  for (size_t i = 0; i < positions.size(); ++i) {
+    box.Add(positions[i]);
+    speed_sq = std::max(speed_sq, SquaredLength(velocities[i]));
+  }
+  const auto h = static_cast<Real>(substep_s_);
+  const Real rest = static_cast<Real>(numbers_.substeps - substep_ + 1) * h;
+  const Real speed = std::sqrt(speed_sq) + Length(numbers_.gravity) * rest;
+  const Real own_speed = solid.placed.SpeedWithin(
+      solid.placed.FarthestFromPivot(box.low, box.high) + static_cast<Real>(kReach) * speed * rest);
+  solid.own_way = own_speed * h;
+  solid.travel = 0;
+  solid.particle_way = std::sqrt(speed_sq) * h;
+  solid.reach = static_cast<Real>(kReach) * (speed + own_speed) * rest +
+                static_cast<Real>(kReachMargin) * numbers_.edge_length;
+  FindCandidates(solid, positions);
+}
+
+// Of a convex solid each tangent plane bounds the gap of all corners, of any the gap of a corner
+// less the way from there.
+template <class V>
+void SurfaceContacts<V>::FindCandidates(SolidState& solid, std::span<const V> positions) {
+  const Solid<V>& shape = solid.placed.solid();
+  const bool is_convex = shape.is_convex();
+  const auto longest = static_cast<Real>(kMostStretch * parts_->longest_m());
+  gaps_.resize(positions.size());
+  described_.resize(positions.size());
+  Real lowest = std::numeric_limits<Real>::max();
+  for (size_t i = 0; i < positions.size(); ++i) {
+    described_[i] = solid.placed.DescribedAtStart(positions[i]);
+    gaps_[i] = shape.At(described_[i]);
+    lowest = std::min(lowest, gaps_[i].gap);
+  }
+  if (lowest > solid.reach + longest) return;
+  const auto bound_of = [&](std::span<const uint32_t> corners) {
+    Real bound = std::numeric_limits<Real>::lowest();
+    for (const uint32_t i : corners) {
+      Real its = gaps_[i].gap;
+      for (const uint32_t j : corners) {
+        if (i == j) continue;
+        const V way = described_[j] - described_[i];
+        its = std::min(its, gaps_[i].gap + (is_convex ? Dot(gaps_[i].normal, way) : -Length(way)));
+      }
+      bound = std::max(bound, its);
+      if (bound > solid.reach) break;
+    }
+    return bound;
+  };
+  const auto add = [&](std::span<const uint32_t> corners) {
+    bool is_near = false;
+    for (const uint32_t i : corners) is_near |= gaps_[i].gap <= solid.reach + longest;
+    if (!is_near) return;
+    const Real bound = bound_of(corners);
+    if (bound <= solid.reach) Add(solid, corners, bound);
+  };
+  for (const auto& triangle : parts_->triangles()) add(triangle);
+  for (const auto& edge : parts_->edges()) add(edge);
+}
+
+template <class V>
+void SurfaceContacts<V>::Add(SolidState& solid, std::span<const uint32_t> particles, Real bound) {
+  Contact contact;
+  contact.count = static_cast<uint32_t>(particles.size());
+  contact.solid = static_cast<uint32_t>(&solid - solids_.data());
+  Real inverse_mass = 0;
+  for (size_t k = 0; k < particles.size(); ++k) {
+    contact.particles[k] = particles[k];
+    inverse_mass += numbers_.inverse_masses[particles[k]];
+  }
+  if (inverse_mass == 0) return;
+  if (solid.candidates.size() >= kMostCandidates * numbers_.inverse_masses.size()) return;
+  solid.candidates.push_back(contact);
+  solid.wake_travels.push_back(bound);
+  solid.wake_substeps.push_back(kNever);
+}
+
+// Particles that go so far within the substep that they may get to the other side.
+template <class V>
+void SurfaceContacts<V>::FindPassing(SolidState& solid, std::span<const V> positions,
+                                     std::span<const V> velocities) {
+  const PlacedSolid<V>& placed = solid.placed;
+  const auto h = static_cast<Real>(substep_s_);
+  const Real far = placed.solid().half_width() / 2;
+  const V fall = h * h * numbers_.gravity;
+  for (uint32_t i = 0; i < positions.size(); ++i) {
+    if (numbers_.inverse_masses[i] == 0) continue;
+    const V start = placed.DescribedAtStart(positions[i]);
+    const V end = placed.DescribedAtEnd(V(positions[i] + h * velocities[i] + fall));
+    const Real way_sq = SquaredLength(V(end - start));
+    if (!(way_sq > far * far)) continue;
+    const Gap<V> at = placed.solid().At(start);
+    if (at.gap < 0 || at.gap * at.gap > way_sq) continue;
+    V place{}, normal{};
+    if (!Meets(placed.solid(), start, end, place, normal)) continue;
+    Contact contact;
+    contact.count = 1;
+    contact.solid = static_cast<uint32_t>(&solid - solids_.data());
+    contact.particles[0] = i;
+    contact.weights[0] = 1;
+    contact.normal = normal;
+    contact.level = Dot(normal, place);
+    contact.has_plane = true;
+    solid.passing.push_back(contact);
+  }
+  for (Contact& contact : solid.passing) Activate(solid, contact, positions, velocities);
+}
+
+template <class V>
+void SurfaceContacts<V>::Look(SolidState& solid, size_t index, std::span<const V> positions,
+                              std::span<const V> velocities) {
+  Contact& contact = solid.candidates[index];
+  const PlacedSolid<V>& placed = solid.placed;
+  std::array<V, 3> described;
+  for (uint32_t k = 0; k < contact.count; ++k) {
+    described[k] = placed.DescribedAtStart(positions[contact.particles[k]]);
+  }
+  const bool is_old =
+      substep_ >= contact.found_in + ages_after_ ||
+      solid.travel - contact.found_at > static_cast<Real>(kPlaneTravel) * numbers_.edge_length;
+  if ((!contact.has_plane || is_old) && !FindPlane(solid, index, described)) return;
+  V point{}, velocity{};
+  for (uint32_t k = 0; k < contact.count; ++k) {
+    point += contact.weights[k] * described[k];
+    velocity += contact.weights[k] * velocities[contact.particles[k]];
+  }
+  contact.gap = Dot(contact.normal, point) - contact.level;
+  // With what gravity and its neighbours may add.
+  const auto h = static_cast<Real>(substep_s_);
+  const Real approach = std::max(-Dot(placed.TurnedAtStart(contact.normal), velocity), Real{0});
+  const Real near =
+      static_cast<Real>(kWayMargin) * (approach * h + Length(numbers_.gravity) * h * h) +
+      solid.own_way + least_dip_;
+  if (contact.gap > near) {
+    solid.wake_travels[index] = solid.travel + contact.gap;
+    solid.wake_substeps[index] = kNever;
+    return;
+  }
+  solid.wake_travels[index] = std::numeric_limits<Real>::lowest();
+  Activate(solid, contact, positions, velocities);
+}
+
+// False: it is not lowest inside; then it is known when to look again.
+template <class V>
+bool SurfaceContacts<V>::FindPlane(SolidState& solid, size_t index, std::span<const V> described) {
+  Contact& contact = solid.candidates[index];
+  const Solid<V>& shape = solid.placed.solid();
+  const LowestPoint<V> lowest =
+      contact.count == 2
+          ? LowestOnEdge(shape, described[0], described[1], least_dip_)
+          : LowestOnTriangle<V>(shape, {described[0], described[1], described[2]}, least_dip_);
+  contact.has_plane = lowest.is_inside;
+  if (!lowest.is_inside) {
+    const Real free = std::max(lowest.room, lowest.gap);
+    const bool is_far = free > solid.expected;
+    const Real turn = static_cast<Real>(kPlaneTravel) * numbers_.edge_length;
+    solid.wake_travels[index] = solid.travel + (is_far ? free : solid.expected + turn);
+    solid.wake_substeps[index] = is_far ? kNever : substep_ + ages_after_;
+    return false;
+  }
+  contact.normal = lowest.normal;
+  contact.weights = lowest.weights;
+  V point{};
+  for (uint32_t k = 0; k < contact.count; ++k) point += contact.weights[k] * described[k];
+  // A dip that begins to count is at the surface, so that it begins to push with nothing.
+  contact.level = Dot(contact.normal, point) - lowest.gap - least_dip_;
+  contact.found_in = substep_;
+  contact.found_at = solid.travel;
+  return true;
+}
+
+template <class V>
+void SurfaceContacts<V>::Activate(const SolidState& solid, Contact& contact,
+                                  std::span<const V> positions, std::span<const V> velocities) {
+  const PlacedSolid<V>& placed = solid.placed;
+  const auto h = static_cast<Real>(substep_s_);
+  V place{}, velocity{};
+  contact.inverse_mass = 0;
+  for (uint32_t k = 0; k < contact.count; ++k) {
+    const uint32_t i = contact.particles[k];
+    place += contact.weights[k] * positions[i];
+    velocity += contact.weights[k] * velocities[i];
+    contact.inverse_mass += contact.weights[k] * contact.weights[k] * numbers_.inverse_masses[i];
+  }
+  if (!(contact.inverse_mass > 0)) return;
+  contact.gap = Dot(contact.normal, placed.DescribedAtStart(place)) - contact.level;
+  contact.push_along = placed.TurnedAtEnd(contact.normal);
+  contact.surface_way = placed.WayOf(place);
+  contact.floor = std::min(contact.gap + static_cast<Real>(kRecovery_m_per_s) * h, Real{0});
+  // What lies on the surface, to rounding, is moved by its way alone, which has all its digits.
+  const Real rounding = static_cast<Real>(kTouchRoundOffs / 2) *
+                        std::numeric_limits<Real>::epsilon() *
+                        (LargestSize(place) + std::abs(contact.level));
+  if (std::abs(contact.gap) <= rounding) contact.gap = contact.floor = 0;
+  contact.push = 0;
+  contact.tangent = V{};
+  contact.given = contact.given_in_memory = V{};
+  const V relative = velocity - placed.VelocityAtStart(place);
+  const V normal = placed.TurnedAtStart(contact.normal);
+  const Real approach = -Dot(relative, normal);
+  contact.has_landed =
+      approach > numbers_.slowest_landing + static_cast<Real>(kGrazingSine) * Length(relative);
+  contact.rebound = 0;
+  if (numbers_.restitution > 0) {
+    const Real gained = -2 * Dot(numbers_.gravity, normal) * std::max(contact.gap, Real{0});
+    const Real arrival = std::sqrt(std::max(approach * approach + gained, Real{0}));
+    if (std::min(arrival, 2 * approach) > numbers_.slowest_rebound) {
+      contact.rebound = numbers_.restitution * arrival;
+    }
+  }
+  active_.push_back(&contact);
+}
+
+// Coulomb's law on accumulated impulses.
+template <class V>
+V SurfaceContacts<V>::Friction(const V& wanted, Real push) const {
+  const Real size = Length(wanted);
+  if (size <= numbers_.friction_static * push) return wanted;
+  return wanted * (numbers_.friction_dynamic * push / size);
+}
+
+// Changes the velocity of the point.
+template <class V>
+void SurfaceContacts<V>::Apply(Contact& contact, const V& change, V* velocities) const {
+  const V impulse = change / contact.inverse_mass;
+  for (uint32_t k = 0; k < contact.count; ++k) {
+    const uint32_t i = contact.particles[k];
+    velocities[i] += (contact.weights[k] * numbers_.inverse_masses[i]) * impulse;
+  }
+}
+
+// The way of the point in the substep, relative to the surface.
+template <class V>
+V SurfaceContacts<V>::WayOf(const Contact& contact, const V* base, const V* u,
+                            Real interval) const {
+  V way = -contact.surface_way;
+  for (uint32_t k = 0; k < contact.count; ++k) {
+    const uint32_t i = contact.particles[k];
+    way += contact.weights[k] * ((base[i] - starts_[i]) + interval * u[i]);
+  }
+  return way;
+}
+
+template <class V>
+bool SurfaceContacts<V>::SolveOne(Contact& contact, const V* base, V* u, Real interval,
+                                  Real least_change) {
+  const V& n = contact.push_along;
+  const V way = WayOf(contact, base, u, interval);
+  const Real error = contact.gap + Dot(n, way) - contact.floor;
+  if (error >= 0 && contact.push == 0) return false;
+  const Real push = std::max(contact.push - error / interval, Real{0});
+  V change = (push - contact.push) * n;
+  contact.push = push;
+  if (numbers_.friction_static > 0) {
+    V relative = change;
+    for (uint32_t k = 0; k < contact.count; ++k) {
+      relative += contact.weights[k] * u[contact.particles[k]];
+    }
+    const PlacedSolid<V>& placed = solids_[contact.solid].placed;
+    if (placed.moves()) {
+      V place{};
+      for (uint32_t k = 0; k < contact.count; ++k) {
+        place += contact.weights[k] * starts_[contact.particles[k]];
+      }
+      // With two steps u is the velocity at the end of the substep, else the mean over it.
+      relative -= numbers_.has_two_steps
+                      ? placed.VelocityAtEnd(V(place + way + contact.surface_way))
+                      : V(contact.surface_way / interval);
+    }
+    const Real speed = Dot(relative, n);
+    const V sliding = relative - speed * n;
+    const Real whole =
+        numbers_.has_two_steps ? std::max(push + (contact.rebound - speed), Real{0}) : push;
+    const V tangent = Friction(V(contact.tangent - sliding), whole);
+    change += tangent - contact.tangent;
+    contact.tangent = tangent;
+  }
+  Apply(contact, change, u);
+  contact.given += change / contact.inverse_mass;
+  return SquaredLength(change) > least_change * least_change;
+}
+
+template <class V>
+bool SurfaceContacts<V>::Solve(const V* base, V* u, Real interval, Real least_change) {
+  bool has_changed = false;
+  for (Contact* const contact : active_) {
+    has_changed |= SolveOne(*contact, base, u, interval, least_change);
+  }
+  return has_changed;
+}
+
+template <class V>
+ScalarOf<V> SurfaceContacts<V>::LargestError(const V* base, const V* u, Real interval) const {
+  Real largest = 0;
+  for (const Contact* const contact : active_) {
+    const V way = WayOf(*contact, base, u, interval);
+    largest = std::max(largest, contact->floor - contact->gap - Dot(contact->push_along, way));
+  }
+  return largest;
+}
+
+template <class V>
+void SurfaceContacts<V>::Advance(std::span<const V> positions) {
+  const auto way_from = [&](const std::vector<V>& from) {
+    V most{};
+    for (size_t i = 0; i < positions.size(); ++i) {
+      most = self_contact::Max(most, self_contact::Abs(V(positions[i] - from[i])));
+    }
+    return Length(most);
+  };
+  const Real way = has_starts_ ? way_from(starts_) : 0;
+  for (SolidState& solid : solids_) {
+    Real next = 0;
+    if (!solid.candidates.empty()) {
+      solid.particle_way = way;
+      solid.travel += way + solid.own_way;
+      next = static_cast<Real>(kWayMargin) * way + solid.own_way;
+    } else if (substep_ % kLookEvery == 0) {
+      const auto since = static_cast<Real>(substep_ - solid.searched_in + 1);
+      const Real gone = way_from(solid.found_positions);
+      solid.particle_way = gone / since;
+      solid.travel = gone + since * solid.own_way;
+      next = static_cast<Real>(kLookEvery) * (solid.particle_way + solid.own_way);
+    }
+    solid.needs_search |= !(solid.travel + next <= solid.reach);
+  }
+}
+
+// As that of particles (correct_velocity), but no more is taken back than was given: other contacts
+// share the particles.
+template <class V>
+void SurfaceContacts<V>::CorrectOne(Contact& contact, const V* positions, V* velocities) {
+  const PlacedSolid<V>& placed = solids_[contact.solid].placed;
+  const V& n = contact.push_along;
+  V place{}, velocity{};
+  for (uint32_t k = 0; k < contact.count; ++k) {
+    place += contact.weights[k] * positions[contact.particles[k]];
+    velocity += contact.weights[k] * velocities[contact.particles[k]];
+  }
+  const bool is_two_step = numbers_.has_two_steps;
+  const V v = velocity - placed.VelocityAtEnd(place);
+  const Real speed = Dot(v, n);
+  const Real wanted = contact.rebound - speed;
+  if (!(wanted > 0) && !is_two_step) return;
+  const Real change = std::max(wanted, -contact.push);
+  const auto h = static_cast<Real>(substep_s_);
+  const V kick = is_two_step ? V{} : V(h / 2 * numbers_.gravity);
+  const Real kick_speed = Dot(kick, n);
+  const Real stops_kick = is_two_step ? Real{0} : std::clamp(-kick_speed, Real{0}, change);
+  const V across_kick = kick - kick_speed * n;
+  const V sliding = (v - speed * n) - across_kick;
+  V along = sliding;
+  if (numbers_.friction_static > 0) {
+    along += Friction(V(contact.tangent - sliding),
+                      std::max(contact.push + change - stops_kick, Real{0})) -
+             contact.tangent;
+  }
+  along += across_kick;
+  if (!is_two_step && numbers_.friction_static > 0) along += Friction(V(-along), stops_kick);
+  const V velocity_change = (along + (speed + change) * n) - v;
+  Apply(contact, velocity_change, velocities);
+  contact.given += velocity_change / contact.inverse_mass;
+}
+
+// The point goes on as if it had always flown with the velocity that the impact left.
+template <class V>
+void SurfaceContacts<V>::ForgetFlight(Contact& contact, const V* positions, const V* velocities,
+                                      V* previous_positions, V* previous_velocities) const {
+  const auto h = static_cast<Real>(substep_s_);
+  V way{}, velocity{}, before{};
+  for (uint32_t k = 0; k < contact.count; ++k) {
+    const uint32_t i = contact.particles[k];
+    way += contact.weights[k] * (positions[i] - previous_positions[i]);
+    velocity += contact.weights[k] * velocities[i];
+    before += contact.weights[k] * previous_velocities[i];
+  }
+  const V change = velocity - h * numbers_.gravity - before;
+  contact.given_in_memory += change / contact.inverse_mass;
+  Apply(contact, change, previous_velocities);
+  Apply(contact, V(way - h * (velocity - h / 2 * numbers_.gravity)), previous_positions);
+}
+
+template <class V>
+void SurfaceContacts<V>::Correct(const V* positions, V* velocities, V* previous_positions,
+                                 V* previous_velocities) {
+  for (Contact* const contact : active_) {
+    if (!(contact->push > 0)) continue;
+    CorrectOne(*contact, positions, velocities);
+    if (!numbers_.has_two_steps || !contact->has_landed) continue;
+    ForgetFlight(*contact, positions, velocities, previous_positions, previous_velocities);
+  }
+}
+
+template class SurfaceContacts<self_contact::Vector3f>;
+template class SurfaceContacts<self_contact::Vector3d>;
+
+}  // namespace drape::surface_contact

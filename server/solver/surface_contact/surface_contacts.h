@@ -1,0 +1,159 @@
+// The contacts of the insides of edges and triangles with colliders during a step
+// (server/solver/method.md, "Edges and triangles"), in single or double precision.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "server/scene/colliders.h"
+#include "server/scene/rigid_motion.h"
+#include "server/solver/surface_contact/lowest_point.h"
+#include "server/solver/surface_contact/placed_solid.h"
+#include "server/solver/surface_contact/surface_parts.h"
+
+namespace drape::surface_contact {
+
+// What a step needs to know of the cloth.
+template <class V>
+struct StepNumbers {
+  using Real = ScalarOf<V>;
+
+  V gravity{};  // [m/s^2]
+  Real friction_static = 0;
+  Real friction_dynamic = 0;
+  Real restitution = 0;
+  Real slowest_rebound = 0;  // SlowestRebound [m/s]
+  Real slowest_landing = 0;  // SlowestLanding [m/s]
+  Real edge_length = 0;      // of a typical edge [m]
+  double time_step_s = 0;
+  uint32_t substeps = 1;
+  bool has_two_steps = false;
+  std::span<const Real> inverse_masses;  // [particle_count] [1/kg], 0 of what is held
+};
+
+// The point of an edge or a triangle, or a particle, that may touch a solid in a substep.
+template <class V>
+struct SurfaceContact {
+  using Real = ScalarOf<V>;
+
+  std::array<uint32_t, 3> particles{};
+  uint32_t count = 0;  // of the particles
+  uint32_t solid = 0;
+  // The plane behind which the solid lies, in the frame of its description: normal·x = level.
+  V normal{};
+  Real level = 0;
+  std::array<Real, 3> weights{};
+  Real inverse_mass = 0;  // of the point [1/kg]
+  bool has_plane = false;
+  uint32_t found_in = 0;  // substep in which the plane was found
+  Real found_at = 0;      // travel then [m]
+  // Of the substep.
+  V push_along{};           // the normal where the substep ends
+  V surface_way{};          // of the surface's point that is there when it starts [m]
+  Real gap = 0;             // when it starts [m]
+  Real floor = 0;           // lowest gap that its end may have [m]
+  Real rebound = 0;         // speed with which the point leaves if it hits [m/s]
+  bool has_landed = false;  // if it hits
+  Real push = 0;            // accumulated impulse, as a change of the point's velocity [m/s]
+  V tangent{};              // the same across the normal
+  // What the substep gave to the cloth, and to the state before it [N s].
+  V given{}, given_in_memory{};
+};
+
+// Working memory between steps; a step depends on its arguments alone. One thread.
+template <class V>
+class SurfaceContacts {
+ public:
+  using Real = ScalarOf<V>;
+  using Contact = SurfaceContact<V>;
+
+  // The solids of a step: all colliders but planes and bodies among `places`. `motions`: of all
+  // colliders, or empty.
+  struct Solids {
+    std::span<const Collider> colliders;
+    std::span<const RigidMotion> motions;
+    std::span<const uint32_t> places;
+    double thickness_m = 0;
+  };
+  void Begin(const SurfaceParts& parts, const Solids& solids, const StepNumbers<V>& numbers);
+
+  // Begins a substep from this state.
+  void Find(std::span<const V> positions, std::span<const V> velocities);
+  // One sweep over the contacts; the particles are predicted at base + interval u. Whether a
+  // velocity changed by more than `least_change` [m/s].
+  bool Solve(const V* base, V* u, Real interval, Real least_change);
+  // After the particles have moved from `positions` of Find to these.
+  void Advance(std::span<const V> positions);
+  // Ends the substep: nothing approaches what it touches, and friction has its part. `previous_*`:
+  // the state before the substep, with two steps.
+  void Correct(const V* positions, V* velocities, V* previous_positions, V* previous_velocities);
+
+  // Those that have a part in the substep.
+  std::span<const Contact* const> active() const { return active_; }
+  const PlacedSolid<V>& solid(const Contact& contact) const {
+    return solids_[contact.solid].placed;
+  }
+  // The largest error that the sweeps have left [m].
+  Real LargestError(const V* base, const V* u, Real interval) const;
+
+ private:
+  static constexpr uint32_t kNever = UINT32_MAX;
+
+  // A solid and what may touch it. None depends on what other solids there are: those out of reach
+  // may be left out.
+  struct SolidState {
+    PlacedSolid<V> placed;
+    std::vector<Contact> candidates{};
+    std::vector<Real> wake_travels{};  // of candidates: looked at when one of both has come
+    std::vector<uint32_t> wake_substeps{};
+    std::vector<Contact> passing{};  // particles, of one substep
+    bool needs_search = true;
+    uint32_t searched_in = 0;          // substep
+    std::vector<V> found_positions{};  // of the search
+    Real reach = 0;                    // what the search allows for [m]
+    // How far particles may have come since the search, relative to the solid, and what is expected
+    // of this substep [m].
+    Real travel = 0, expected = 0;
+    Real particle_way = 0;  // of the fastest particle in the last substep [m]
+    Real own_way = 0;       // of the solid in a substep, at most [m]
+  };
+
+  void Search(SolidState& solid, std::span<const V> positions, std::span<const V> velocities);
+  void FindCandidates(SolidState& solid, std::span<const V> positions);
+  void Add(SolidState& solid, std::span<const uint32_t> particles, Real bound);
+  void FindPassing(SolidState& solid, std::span<const V> positions, std::span<const V> velocities);
+  void Look(SolidState& solid, size_t index, std::span<const V> positions,
+            std::span<const V> velocities);
+  bool FindPlane(SolidState& solid, size_t index, std::span<const V> described);
+  void Activate(const SolidState& solid, Contact& contact, std::span<const V> positions,
+                std::span<const V> velocities);
+  bool SolveOne(Contact& contact, const V* base, V* u, Real interval, Real least_change);
+  void CorrectOne(Contact& contact, const V* positions, V* velocities);
+  void ForgetFlight(Contact& contact, const V* positions, const V* velocities,
+                    V* previous_positions, V* previous_velocities) const;
+  void Apply(Contact& contact, const V& change, V* velocities) const;
+  V Friction(const V& wanted, Real push) const;
+  V WayOf(const Contact& contact, const V* base, const V* u, Real interval) const;
+  Real LeastDip(std::span<const V> positions) const;
+
+  const SurfaceParts* parts_ = nullptr;
+  StepNumbers<V> numbers_;
+  double substep_s_ = 0;
+  uint32_t substep_ = 0;     // the one under way, from 1
+  uint32_t ages_after_ = 1;  // substeps for which a plane is used
+  Real least_dip_ = 0;       // [m]
+  std::vector<SolidState> solids_;
+  std::vector<Contact*> active_;
+  std::vector<V> starts_;  // of the substep, if there is any candidate
+  bool has_starts_ = false;
+  // Of a search.
+  std::vector<Gap<V>> gaps_;
+  std::vector<V> described_;
+};
+
+extern template class SurfaceContacts<self_contact::Vector3f>;
+extern template class SurfaceContacts<self_contact::Vector3d>;
+
+}  // namespace drape::surface_contact

@@ -1,0 +1,277 @@
+// Where edges and triangles are lowest above solids, against sampling all of them, in both
+// precisions.
+#include "server/solver/surface_contact/lowest_point.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <string>
+
+#include "tests/surface_contact/random_solids.h"
+
+namespace drape::surface_contact {
+namespace {
+
+using self_contact::FromVector;
+using self_contact::ToVector;
+using test::kConvexKinds;
+using test::RandomSolids;
+
+constexpr double kThickness_m = 0.003;
+constexpr float kLeast_m = 1e-5f;
+
+template <class V>
+class LowestPointTest : public testing::Test {
+ protected:
+  using Real = ScalarOf<V>;
+  // Coordinates below 1 m; some 30 operations on them, the last of which divide by lengths of a
+  // tenth.
+  static constexpr double kRounding_m = 300 * std::numeric_limits<Real>::epsilon();
+
+  static double GapOf(const Collider& collider, const Eigen::Vector3d& x) {
+    return SurfaceOf(collider, x).distance_m - kThickness_m;
+  }
+  // The lowest of `count` + 1 places of an edge: off by no more than half an interval.
+  static double LowestOf(const Collider& collider, const Eigen::Vector3d& a,
+                         const Eigen::Vector3d& b, int count = 2000) {
+    double lowest = std::numeric_limits<double>::infinity();
+    for (int k = 0; k <= count; ++k) {
+      lowest = std::min(lowest, GapOf(collider, a + (b - a) * k / count));
+    }
+    return lowest;
+  }
+  static double LowestOf(const Collider& collider, const std::array<Eigen::Vector3d, 3>& corners,
+                         int count = 100) {
+    double lowest = std::numeric_limits<double>::infinity();
+    for (int i = 0; i <= count; ++i) {
+      for (int j = 0; i + j <= count; ++j) {
+        lowest =
+            std::min(lowest, GapOf(collider, corners[0] + (corners[1] - corners[0]) * i / count +
+                                                 (corners[2] - corners[0]) * j / count));
+      }
+    }
+    return lowest;
+  }
+  static double RimOf(const Collider& collider, const std::array<Eigen::Vector3d, 3>& corners) {
+    return std::min({LowestOf(collider, corners[0], corners[1], 400),
+                     LowestOf(collider, corners[1], corners[2], 400),
+                     LowestOf(collider, corners[2], corners[0], 400)});
+  }
+};
+
+using Vectors = testing::Types<self_contact::Vector3f, self_contact::Vector3d>;
+TYPED_TEST_SUITE(LowestPointTest, Vectors);
+
+TYPED_TEST(LowestPointTest, TheDistanceIsThatOfTheCollider) {
+  RandomSolids random(1);
+  for (int k = 0; k < 2000; ++k) {
+    for (const ShapeKind kind : kConvexKinds) {
+      const Collider collider = random.Convex(kind);
+      const Solid<TypeParam> solid(collider, kThickness_m);
+      const Eigen::Vector3d x = FromVector(ToVector<TypeParam>(random.Point(0.5)));
+      EXPECT_NEAR(solid.At(ToVector<TypeParam>(x)).gap, this->GapOf(collider, x),
+                  this->kRounding_m);
+    }
+  }
+}
+
+// Moved by its gap along its normal an edge just touches, however deep it was or how far away:
+// nothing of it is inside the solid, and something of it is at its surface. An edge that is not
+// lowest inside has its lowest place at an end, and the gap is a bound.
+TYPED_TEST(LowestPointTest, OfAnEdgeMovedByItsGapTouches) {
+  RandomSolids random(2);
+  int inside = 0, deep = 0, outside = 0, pierced = 0;
+  for (int k = 0; k < 300; ++k) {
+    for (const ShapeKind kind : kConvexKinds) {
+      const Collider collider = random.Convex(kind);
+      const Solid<TypeParam> solid(collider, kThickness_m);
+      const TypeParam a = ToVector<TypeParam>(random.Point(0.4));
+      const TypeParam b = ToVector<TypeParam>(random.Point(0.4));
+      const auto lowest = LowestOnEdge<TypeParam>(solid, a, b, kLeast_m);
+      const Eigen::Vector3d p = FromVector(a), q = FromVector(b);
+      SCOPED_TRACE(std::string(kShapeNames[static_cast<size_t>(kind)]) + " " + std::to_string(k));
+      const double interval = (q - p).norm() / 2000;
+      if (!lowest.is_inside) {
+        ++outside;
+        const double ends = std::min(this->GapOf(collider, p), this->GapOf(collider, q));
+        const double all = this->LowestOf(collider, p, q);
+        // Or it pierces a plate from face to face.
+        const bool is_pierced = all < 0 && all < ends - kLeast_m - this->kRounding_m;
+        EXPECT_TRUE(is_pierced || all >= ends - kLeast_m - this->kRounding_m);
+        pierced += is_pierced;
+        EXPECT_LE(lowest.gap, all + this->kRounding_m);
+        continue;
+      }
+      ++inside;
+      deep += lowest.gap < -0.01;
+      const Eigen::Vector3d n = FromVector(lowest.normal);
+      EXPECT_NEAR(n.norm(), 1, this->kRounding_m);
+      EXPECT_NEAR(n.dot(q - p), 0, this->kRounding_m);
+      EXPECT_NEAR(lowest.weights[0] + lowest.weights[1], 1, this->kRounding_m);
+      const Eigen::Vector3d way = -lowest.gap * n;
+      // Convex: between two places of the sample it is lower by half an interval at most, where the
+      // surface has an edge.
+      const double touching = this->LowestOf(collider, p + way, q + way);
+      EXPECT_GE(touching, -this->kRounding_m);
+      // Deep inside a round solid the tangents that are as low at the edge touch it in places
+      // apart.
+      const double apart = lowest.gap < -0.002 ? -lowest.gap / 2 : 0;
+      // What is lowest beyond an end, in the overlap, is as much higher at the end.
+      const double overlap = kOverlap * (q - p).norm();
+      EXPECT_LE(touching, kLeast_m + interval + apart + overlap + this->kRounding_m) << lowest.gap;
+    }
+  }
+  EXPECT_LT(pierced, 0.06 * outside);
+  EXPECT_GT(inside, 100);
+  EXPECT_GT(deep, 30);
+  EXPECT_GT(outside, 100);
+}
+
+// The same of triangles. Below kLeastWeight of a height from the rim a corner of a solid counts as
+// beside the triangle.
+TYPED_TEST(LowestPointTest, OfATriangleMovedByItsGapTouches) {
+  RandomSolids random(3);
+  int inside = 0, deep = 0;
+  for (int k = 0; k < 300; ++k) {
+    for (const ShapeKind kind : kConvexKinds) {
+      const Collider collider = random.Convex(kind);
+      const Solid<TypeParam> solid(collider, kThickness_m);
+      std::array<TypeParam, 3> corners;
+      std::array<Eigen::Vector3d, 3> exact;
+      for (size_t c = 0; c < 3; ++c) {
+        corners[c] = ToVector<TypeParam>(random.Point(0.5));
+        exact[c] = FromVector(corners[c]);
+      }
+      const double height =
+          (exact[1] - exact[0]).cross(exact[2] - exact[0]).norm() / (exact[1] - exact[0]).norm();
+      if (height < 0.05) continue;
+      const auto lowest = LowestOnTriangle<TypeParam>(solid, corners, kLeast_m);
+      SCOPED_TRACE(std::string(kShapeNames[static_cast<size_t>(kind)]) + " " + std::to_string(k));
+      const double all = this->LowestOf(collider, exact);
+      const double interval = 1.0 / 100;
+      if (!lowest.is_inside) {
+        // Deep inside, the nearest face need not be that in whose direction the triangle is.
+        if (all > 0) {
+          EXPECT_GE(all, this->RimOf(collider, exact) - kLeastWeight - interval);
+        }
+        continue;
+      }
+      ++inside;
+      deep += lowest.gap < -0.01;
+      const Eigen::Vector3d n = FromVector(lowest.normal);
+      const Eigen::Vector3d way = -lowest.gap * n;
+      std::array<Eigen::Vector3d, 3> moved = exact;
+      for (Eigen::Vector3d& corner : moved) corner += way;
+      const double touching = this->LowestOf(collider, moved);
+      // What is level to kLevelSlope, of solids below half a metre, is taken for level.
+      EXPECT_GE(touching, -kLevelSlope / 4 * 0.5 - this->kRounding_m);
+      EXPECT_LE(touching, interval + kOverlap + this->kRounding_m);
+    }
+  }
+  EXPECT_GT(inside, 100);
+  EXPECT_GT(deep, 20);
+}
+
+// Above a face nothing is lowest inside until a corner has used up the room.
+TYPED_TEST(LowestPointTest, InTheRoomAboveAFaceNothingIsLowestInside) {
+  RandomSolids random(4);
+  int rooms = 0;
+  for (int k = 0; k < 20000; ++k) {
+    const ShapeKind kind = k % 2 == 0 ? ShapeKind::kBox : ShapeKind::kCylinder;
+    const Collider collider = random.Convex(kind);
+    const Solid<TypeParam> solid(collider, kThickness_m);
+    const Eigen::Vector3d middle = random.Point(0.3);
+    std::array<TypeParam, 3> corners;
+    for (TypeParam& corner : corners) {
+      corner = ToVector<TypeParam>(middle + random.Point(0.05));
+    }
+    const double room = solid.RoomAboveFace(corners);
+    if (room <= 1e-4) continue;
+    ++rooms;
+    for (TypeParam& corner : corners) {
+      corner += ToVector<TypeParam>(0.999 * room * random.Point(1).normalized());
+    }
+    EXPECT_FALSE(LowestOnEdge<TypeParam>(solid, corners[0], corners[1], kLeast_m).is_inside);
+    std::array<Eigen::Vector3d, 3> exact;
+    for (size_t c = 0; c < 3; ++c) exact[c] = FromVector(corners[c]);
+    EXPECT_GE(this->LowestOf(collider, exact, 12),
+              std::min({this->GapOf(collider, exact[0]), this->GapOf(collider, exact[1]),
+                        this->GapOf(collider, exact[2])}) -
+                  this->kRounding_m);
+  }
+  EXPECT_GT(rooms, 200);
+}
+
+// A ball as a distance map: edges and triangles as those above the ball, but for the error of the
+// map (3/8 cell^2 / R) and of its facets.
+TYPED_TEST(LowestPointTest, AboveADistanceMap) {
+  constexpr double kRadius_m = 0.2;
+  const auto map = test::BallMap(kRadius_m, 48);
+  const double off_m = 0.375 * map->cell_m() * map->cell_m() / kRadius_m +
+                       test::LargestSagitta(test::SphereMesh(kRadius_m, 4), kRadius_m) + 1e-4;
+  RandomSolids random(5);
+  int edges = 0, triangles = 0;
+  for (int k = 0; k < 100; ++k) {
+    const RigidTransform pose{random.Point(0.2), random.Rotation()};
+    const Collider collider = DistanceMapAt(map, pose);
+    const Solid<TypeParam> solid(collider, kThickness_m);
+    // Corners on a sphere a little larger.
+    const Eigen::Vector3d up = random.Point(1).normalized();
+    std::array<TypeParam, 3> corners;
+    std::array<Eigen::Vector3d, 3> exact;
+    for (size_t c = 0; c < 3; ++c) {
+      const Eigen::Vector3d direction = (up + random.Point(0.25)).normalized();
+      exact[c] = pose.position_m + (kRadius_m + 0.002) * direction;
+      corners[c] = ToVector<TypeParam>(exact[c]);
+    }
+    const double length = (exact[1] - exact[0]).norm();
+    const double sag = kRadius_m - std::sqrt(kRadius_m * kRadius_m - length * length / 4);
+    const auto lowest = LowestOnEdge<TypeParam>(solid, corners[0], corners[1], kLeast_m);
+    if (sag > 2 * off_m) {
+      ASSERT_TRUE(lowest.is_inside) << k;
+      ++edges;
+      EXPECT_NEAR(lowest.gap,
+                  this->LowestOf(SphereAt(pose.position_m, kRadius_m), exact[0], exact[1]), off_m);
+    }
+    const auto on_triangle = LowestOnTriangle<TypeParam>(solid, corners, kLeast_m);
+    if (!on_triangle.is_inside) continue;
+    ++triangles;
+    EXPECT_NEAR(on_triangle.gap, this->LowestOf(SphereAt(pose.position_m, kRadius_m), exact),
+                off_m + 5e-4);
+  }
+  EXPECT_GT(edges, 30);
+  EXPECT_GT(triangles, 8);
+}
+
+// Where a path meets a solid, against trying it place by place.
+TYPED_TEST(LowestPointTest, APathMeetsWhereItFirstGoesIn) {
+  RandomSolids random(6);
+  int meets = 0;
+  for (int k = 0; k < 1500; ++k) {
+    for (const ShapeKind kind : kConvexKinds) {
+      const Collider collider = random.Convex(kind);
+      const Solid<TypeParam> solid(collider, kThickness_m);
+      const TypeParam a = ToVector<TypeParam>(random.Point(0.6));
+      const TypeParam b = ToVector<TypeParam>(random.Point(0.6));
+      const Eigen::Vector3d p = FromVector(a), q = FromVector(b);
+      if (this->GapOf(collider, p) <= 0) continue;
+      const double lowest = this->LowestOf(collider, p, q, 500);
+      const double interval = (q - p).norm() / 500;
+      TypeParam place{}, normal{};
+      const bool is_met = Meets<TypeParam>(solid, a, b, place, normal);
+      SCOPED_TRACE(std::string(kShapeNames[static_cast<size_t>(kind)]) + " " + std::to_string(k));
+      EXPECT_FALSE(is_met && lowest > 1e-3 * (q - p).norm());
+      EXPECT_TRUE(is_met || lowest >= -interval);
+      if (!is_met) continue;
+      ++meets;
+      EXPECT_NEAR(this->GapOf(collider, FromVector(place)), 0, 1e-5 + this->kRounding_m);
+      EXPECT_LE(FromVector(normal).dot(q - p), 0);
+    }
+  }
+  EXPECT_GT(meets, 500);
+}
+
+}  // namespace
+}  // namespace drape::surface_contact
