@@ -163,6 +163,10 @@ void AddLimits(CLI::App& app, Config& config) {
   AddNumber<uint64_t>(app, "--max-mesh-collider-bytes-per-session",
                       sessions.max_mesh_collider_bytes_per_session, 0, UINT64_MAX / 2,
                       "distance grids and meshes, equal ones counted once");
+  AddNumber<uint64_t>(app, "--max-mesh-collider-bytes", sessions.max_mesh_collider_bytes, 0,
+                      UINT64_MAX / 2,
+                      "the same of all sessions; a tenant, or a session without one, may have "
+                      "half, and no more than it leaves free");
   AddNumber<uint64_t>(app, "--max-model-bytes", sessions.max_model_bytes, 1u << 20, UINT64_MAX / 2,
                       "models of cloths of all sessions, equal ones of a tenant counted once; a "
                       "tenant, or a session without one, may have half");
@@ -183,6 +187,10 @@ void AddLimits(CLI::App& app, Config& config) {
                       1u << 20, UINT64_MAX / 2, "a single one may be larger");
   AddNumber<uint64_t>(app, "--max-remembered-bytes", sessions.max_remembered_bytes, 0,
                       UINT64_MAX / 2, "answers kept for repeated request ids");
+  AddNumber<uint64_t>(app, "--max-request-id-bytes", sessions.max_request_id_bytes, 0,
+                      UINT64_MAX / 2,
+                      "memory of the request ids of all sessions, 430 for one of 36 characters; a "
+                      "tenant, or a session without one, may have half");
   AddNumber<uint64_t>(app, "--max-saved-bytes", sessions.max_saved_bytes, 0, UINT64_MAX / 2,
                       "states that sessions keep in memory by name (SaveStates)");
   AddNumber<int64_t>(app, "--request-ids-kept-us", sessions.requests.keep_us, 1'000'000,

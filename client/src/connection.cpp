@@ -21,12 +21,13 @@ inline namespace client {
 namespace {
 
 constexpr double kReasonTimeout_s = 1;
-// Servers accept a ping every 10 s.
-constexpr int kKeepalive_ms = 30'000;
-constexpr int kKeepaliveTimeout_ms = 20'000;
 // Between attempts to reach a server that is away: one that starts again takes a second or two.
 constexpr int kFirstReconnect_ms = 100;
 constexpr int kReconnect_ms = 2'000;
+
+int Milliseconds(double seconds) {
+  return static_cast<int>(std::clamp(seconds * 1000, 1.0, 1e9));
+}
 
 std::chrono::system_clock::time_point After(double seconds) {
   return std::chrono::system_clock::now() +
@@ -112,8 +113,11 @@ std::shared_ptr<Connection> OpenConnection(const std::string& address,
   arguments.SetMaxReceiveMessageSize(-1);
   arguments.SetMaxSendMessageSize(kMaxRequestBytes);
   // A server that has vanished without a word is noticed while a call is under way.
-  arguments.SetInt(GRPC_ARG_KEEPALIVE_TIME_MS, kKeepalive_ms);
-  arguments.SetInt(GRPC_ARG_KEEPALIVE_TIMEOUT_MS, kKeepaliveTimeout_ms);
+  arguments.SetInt(GRPC_ARG_KEEPALIVE_TIME_MS, Milliseconds(options.keepalive_s));
+  arguments.SetInt(GRPC_ARG_KEEPALIVE_TIMEOUT_MS, Milliseconds(options.keepalive_timeout_s));
+  // A silent stream sends nothing but pings; by default the third one would wait for something else
+  // to be sent.
+  arguments.SetInt(GRPC_ARG_HTTP2_MAX_PINGS_WITHOUT_DATA, 0);
   arguments.SetInt(GRPC_ARG_INITIAL_RECONNECT_BACKOFF_MS, kFirstReconnect_ms);
   arguments.SetInt(GRPC_ARG_MAX_RECONNECT_BACKOFF_MS, kReconnect_ms);
   // A connection of its own: channels of equal arguments would share one otherwise.

@@ -7,14 +7,21 @@
 
 namespace drape::api {
 
-StopReason BuildStopReason(const ServiceContext& context, const Waiter& waiter) {
-  return [&scheduler = context.scheduler, &clock = context.clock, waiter]() -> Status {
+StopReason ClientStopReason(const Clock& clock, const Waiter& waiter) {
+  return [&clock, waiter]() -> Status {
     // The transport may say so late.
     if (clock.NowUs() >= waiter.deadline_us) {
       return {StatusCode::kCancelled, "DEADLINE_PASSED",
               "the deadline of the request passed before it was done"};
     }
-    if (waiter.cancel.is_cancelled()) return ClientHasGone();
+    return waiter.cancel.is_cancelled() ? ClientHasGone() : Status::Ok();
+  };
+}
+
+StopReason BuildStopReason(const ServiceContext& context, const Waiter& waiter) {
+  return [&scheduler = context.scheduler,
+          client = ClientStopReason(context.clock, waiter)]() -> Status {
+    DRAPE_RETURN_IF_ERROR(client());
     if (scheduler.is_draining()) {
       return {StatusCode::kUnavailable, "DRAINING", "the server is shutting down"};
     }

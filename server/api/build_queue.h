@@ -27,5 +27,7 @@ Status PostBuild(const ServiceContext& context, const std::string& session_name,
 // UNAVAILABLE (DRAINING). Call it only while everything that `context` refers to exists.
 using StopReason = std::function<Status()>;
 StopReason BuildStopReason(const ServiceContext& context, const Waiter& waiter);
+// CANCELLED alone: of what the device has begun, and a server that drains finishes.
+StopReason ClientStopReason(const Clock& clock, const Waiter& waiter);
 
 }  // namespace drape::api

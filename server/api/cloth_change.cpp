@@ -84,7 +84,7 @@ void UpdateNow(const ServiceContext& context, const Waiter& waiter,
         }
         update->End(ToAnswer(updated));
       },
-      rules);
+      rules, ClientStopReason(context.clock, waiter));
 }
 
 void BuildAndUpdate(const ServiceContext& context, const Waiter& waiter,

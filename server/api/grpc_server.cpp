@@ -63,6 +63,9 @@ void ConfigureTransport(const ServerOptions& options, grpc::ServerBuilder& build
                              static_cast<int>(options.keepalive.count()));
   builder.AddChannelArgument(GRPC_ARG_KEEPALIVE_TIMEOUT_MS,
                              static_cast<int>(options.keepalive_timeout.count()));
+  // A silent call sends nothing but pings; by default the third one would wait for something else
+  // to be sent.
+  builder.AddChannelArgument(GRPC_ARG_HTTP2_MAX_PINGS_WITHOUT_DATA, 0);
   // Clients ping, too, while a long call is under way; gRPC's own minimum is five minutes.
   builder.AddChannelArgument(GRPC_ARG_HTTP2_MIN_RECV_PING_INTERVAL_WITHOUT_DATA_MS, kLeastPing_ms);
 }

@@ -191,21 +191,23 @@ void CheckpointKeeper::Stop() {
 }
 
 Result<SavedStates> CheckpointKeeper::Capture(const Session& session) {
-  DRAPE_ASSIGN_OR_RETURN(ClothList cloths, session.FindCloths({}));
+  ClothList cloths;
   SavedStates saved;
-  size_t next = 0, per_slice = 1;
-  while (next < cloths.size()) {
-    DRAPE_RETURN_IF_ERROR(scheduler_.RunBlocking([&](Backend& backend) -> Status {
-      if (next == 0) {
-        // Again, for the cloths of the moment that is saved: some have come or gone.
-        DRAPE_ASSIGN_OR_RETURN(cloths, session.FindCloths({}));
-        per_slice = ClothsPerSlice(cloths);
-      }
-      const size_t count = std::min(per_slice, cloths.size() - next);
-      const auto slice = std::span(cloths).subspan(std::exchange(next, next + count), count);
-      return SaveAlive(backend, slice, *budget_, saved);
-    }));
-  }
+  const auto outcome = std::make_shared<std::promise<Status>>();
+  const std::string& owner = session.owner();
+  const auto slice = [&](Backend& backend, size_t begin, size_t end) {
+    return SaveAlive(backend, std::span(cloths).subspan(begin, end - begin), *budget_, saved);
+  };
+  const auto finish = [outcome](Backend&, const Status& status) { outcome->set_value(status); };
+  // Within no update, and none comes between its slices.
+  const bool is_taken = scheduler_.PostFirst(owner, [&](Backend& backend) {
+    Result<ClothList> found = session.FindCloths({});  // of the moment that is saved
+    if (!found.ok()) return finish(backend, found.status());
+    cloths = std::move(found).value();
+    ContinueAsOne(backend, scheduler_, owner, cloths.size(), ClothsPerSlice(cloths), slice, finish);
+  });
+  if (!is_taken) return DrainingStatus();
+  DRAPE_RETURN_IF_ERROR(outcome->get_future().get());
   return saved;
 }
 

@@ -61,8 +61,9 @@ class CheckpointKeeper {
   void Recover(const std::filesystem::path& file);
   Status RecoverSession(const std::string& bytes);
   void Loop();
-  // The session at one moment, between steps of its cloths; where it has more particles than
-  // kSliceParticles, at one moment for each slice of them. Not on the device thread.
+  // The session at one moment, between steps of its cloths; where it has more cloths or particles
+  // than a slice (sliced_command.h), at one moment for each slice of them, but never within an
+  // update or a load. Before the other commands of its owner that wait. Not on the device thread.
   Result<SavedStates> Capture(const Session& session);
   // Logs errors, too.
   Status Write(const Session& session, const SavedStates& saved);

@@ -1,5 +1,6 @@
 #include "server/core/byte_budget.h"
 
+#include <algorithm>
 #include <mutex>
 #include <unordered_map>
 #include <utility>
@@ -39,6 +40,11 @@ Result<std::shared_ptr<void>> ByteBudget::Take(const std::string& owner, uint64_
     if (held > 0 && (held >= per_owner_.bytes || bytes > per_owner_.bytes - held)) {
       return Refusal(per_owner_, held, bytes);
     }
+    // Dynamic thresholds, as for the places of requests (scheduler_core.cpp).
+    const uint64_t free = in_all_.bytes - counts_->in_all;
+    if (held > 0 && (held >= free || bytes > free - held)) {
+      return Refusal({"what one owner leaves free of " + in_all_.name, free}, held, bytes);
+    }
     counts_->by_owner[owner] += bytes;
     counts_->in_all += bytes;
   }
@@ -62,7 +68,8 @@ Status ByteBudget::Refusal(const Limit& limit, uint64_t used, uint64_t wanted) c
                 limit.name + " is " + std::to_string(limit.bytes) + ": " + std::to_string(used) +
                     " bytes are held, " + std::to_string(wanted) + " more wanted");
   // Waiting does not help where it is too much by itself.
-  if (wanted <= limit.bytes) status.RetryAfterMs(retry_after_ms_);
+  if (wanted <= std::min(per_owner_.bytes, in_all_.bytes) || wanted <= limit.bytes)
+    status.RetryAfterMs(retry_after_ms_);
   return status;
 }
 

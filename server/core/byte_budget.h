@@ -22,8 +22,9 @@ class ByteBudget {
   ByteBudget(std::string reason, Limit per_owner, Limit in_all, int64_t retry_after_ms);
 
   // Counts until the last copy of the pointer is gone, which may outlive this. An owner that holds
-  // nothing may take more than its limit at once, since less would never do; the limit in all
-  // holds for everybody.
+  // something may have its limit, and no more than it leaves free: one alone half of all, each of N
+  // its share of N + 1, so that whoever comes next finds room. One that holds nothing may take more
+  // at once, since less would never do; the limit in all holds for everybody.
   Result<std::shared_ptr<void>> Take(const std::string& owner, uint64_t bytes);
   uint64_t used_bytes() const;
   uint64_t used_bytes(const std::string& owner) const;

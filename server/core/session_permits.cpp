@@ -10,14 +10,15 @@ namespace drape {
 struct SessionPermits::Counts {
   std::mutex mutex;
   std::unordered_map<std::string, uint32_t> by_session;  // sessions without permits have no entry
-  std::unordered_map<std::string, uint32_t> by_tenant;
+  std::unordered_map<std::string, uint32_t> by_owner;    // nor owners
   uint32_t in_all = 0;
 
   void Release(const std::string& session, const std::string& tenant) {
     const std::lock_guard lock(mutex);
     --in_all;
-    if (const auto entry = by_tenant.find(tenant); entry != by_tenant.end()) {
-      if (--entry->second == 0) by_tenant.erase(entry);
+    if (const auto entry = by_owner.find(tenant.empty() ? session : tenant);
+        entry != by_owner.end()) {
+      if (--entry->second == 0) by_owner.erase(entry);
     }
     const auto entry = by_session.find(session);
     if (--entry->second == 0) by_session.erase(entry);
@@ -41,13 +42,16 @@ Result<std::shared_ptr<void>> SessionPermits::Take(const std::string& session,
     const auto entry = counts_->by_session.find(session);
     const uint32_t taken = entry == counts_->by_session.end() ? 0 : entry->second;
     if (!session.empty() && taken >= per_session_.value) return Refusal(per_session_);
-    if (in_all_ && !tenant.empty()) {
-      const PermitLimit half{in_all_->name + " of one tenant", std::max(1u, in_all_->value / 2)};
-      const auto of_tenant = counts_->by_tenant.find(tenant);
-      if (of_tenant != counts_->by_tenant.end() && of_tenant->second >= half.value) {
-        return Refusal(half);
+    const std::string& owner = tenant.empty() ? session : tenant;
+    if (in_all_ && !owner.empty()) {
+      // Dynamic thresholds, as for the places of requests (scheduler_core.cpp).
+      const PermitLimit free{"what one owner leaves free of " + in_all_->name,
+                             in_all_->value - counts_->in_all};
+      const auto of_owner = counts_->by_owner.find(owner);
+      if (of_owner != counts_->by_owner.end() && of_owner->second >= free.value) {
+        return Refusal(free);
       }
-      ++counts_->by_tenant[tenant];
+      ++counts_->by_owner[owner];
     }
     ++counts_->by_session[session];
     ++counts_->in_all;

@@ -1,4 +1,4 @@
-// Limits how many of something there are at a time, per session, per tenant and in all.
+// Limits how many of something there are at a time, per session, per owner and in all.
 #pragma once
 
 #include <cstdint>
@@ -24,8 +24,9 @@ class SessionPermits {
                  std::optional<int64_t> retry_after_ms);
 
   // A permit is given back when the last copy of the pointer is gone, which may outlive this. With
-  // an empty session name only the limit in all applies. A tenant, if there is one, has at most
-  // half of all permits, so that no tenant can take them from the others.
+  // an empty session name only the limit in all applies. An owner (the tenant, or else the session)
+  // has at most as many as it leaves free of all: one alone half of them, each of N its share of
+  // N + 1, so that whoever comes next finds some.
   Result<std::shared_ptr<void>> Take(const std::string& session, const std::string& tenant = {});
 
  private:

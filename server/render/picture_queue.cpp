@@ -16,46 +16,77 @@ void MoveCancelled(std::deque<PictureJob>& jobs, std::vector<PictureJob>& cancel
   jobs.erase(first, jobs.end());
 }
 
+const std::string& OwnerOf(const std::string& session, const std::string& tenant) {
+  return tenant.empty() ? session : tenant;
+}
+
+// The front has had its turn, and has nothing more if it `is_empty`.
+template <class Turns>
+void EndTurn(Turns& turns, bool is_empty) {
+  if (is_empty) {
+    turns.pop_front();
+  } else {
+    turns.splice(turns.end(), turns, turns.begin());
+  }
+}
+
 }  // namespace
 
 void PictureQueue::Push(PictureJob job) {
-  auto session = std::find_if(sessions_.begin(), sessions_.end(), [&](const SessionJobs& entry) {
-    return entry.session == job.session;
-  });
-  if (session == sessions_.end()) session = sessions_.insert(sessions_.end(), {job.session, {}});
+  const std::string& name = OwnerOf(job.session, job.tenant);
+  auto owner = std::ranges::find(owners_, name, &OwnerJobs::owner);
+  if (owner == owners_.end()) owner = owners_.insert(owners_.end(), {name, {}});
+  std::list<SessionJobs>& sessions = owner->sessions;
+  auto session = std::ranges::find(sessions, job.session, &SessionJobs::session);
+  if (session == sessions.end()) session = sessions.insert(sessions.end(), {job.session, {}});
   session->jobs.push_back(std::move(job));
 }
 
 size_t PictureQueue::size() const {
   size_t count = returned_.size();
-  for (const SessionJobs& session : sessions_) count += session.jobs.size();
+  for (const OwnerJobs& owner : owners_) {
+    for (const SessionJobs& session : owner.sessions) count += session.jobs.size();
+  }
+  return count;
+}
+
+size_t PictureQueue::size_of(const std::string& session, const std::string& tenant) const {
+  const auto owner = std::ranges::find(owners_, OwnerOf(session, tenant), &OwnerJobs::owner);
+  if (owner == owners_.end()) return 0;
+  size_t count = 0;
+  for (const SessionJobs& its : owner->sessions) count += its.jobs.size();
   return count;
 }
 
 const PictureJob& PictureQueue::Next() const {
   DRAPE_CHECK(!empty(), "no picture waits");
-  return returned_.empty() ? sessions_.front().jobs.front() : returned_.front();
+  return returned_.empty() ? owners_.front().sessions.front().jobs.front() : returned_.front();
 }
 
 PictureJob PictureQueue::Pop() {
   DRAPE_CHECK(!empty(), "no picture waits");
-  std::deque<PictureJob>& jobs = returned_.empty() ? sessions_.front().jobs : returned_;
+  if (!returned_.empty()) {
+    PictureJob job = std::move(returned_.front());
+    returned_.pop_front();
+    return job;
+  }
+  std::list<SessionJobs>& sessions = owners_.front().sessions;
+  std::deque<PictureJob>& jobs = sessions.front().jobs;
   PictureJob job = std::move(jobs.front());
   jobs.pop_front();
-  if (&jobs == &returned_) return job;
-  if (jobs.empty()) {
-    sessions_.pop_front();
-  } else {
-    sessions_.splice(sessions_.end(), sessions_, sessions_.begin());
-  }
+  EndTurn(sessions, jobs.empty());
+  EndTurn(owners_, sessions.empty());
   return job;
 }
 
 std::vector<PictureJob> PictureQueue::TakeCancelled() {
   std::vector<PictureJob> cancelled;
   MoveCancelled(returned_, cancelled);
-  for (SessionJobs& session : sessions_) MoveCancelled(session.jobs, cancelled);
-  sessions_.remove_if([](const SessionJobs& session) { return session.jobs.empty(); });
+  for (OwnerJobs& owner : owners_) {
+    for (SessionJobs& session : owner.sessions) MoveCancelled(session.jobs, cancelled);
+    owner.sessions.remove_if([](const SessionJobs& session) { return session.jobs.empty(); });
+  }
+  owners_.remove_if([](const OwnerJobs& owner) { return owner.sessions.empty(); });
   return cancelled;
 }
 

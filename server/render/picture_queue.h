@@ -41,8 +41,8 @@ struct DrawnPicture {
 
 // A picture that was requested.
 struct PictureJob {
-  std::string session;   // the session's name: sessions take turns
-  std::string tenant{};  // of the session
+  std::string session;   // the session's name: those of a tenant take turns
+  std::string tenant{};  // of the session: tenants take turns, and sessions without one
   PictureSpec spec;
   uint64_t particle_count = 0;  // of all its cloths
   // Gets the content when the picture's turn has come. Render thread; must not block. Calls `ready`
@@ -55,7 +55,8 @@ struct PictureJob {
   std::shared_ptr<void> permit;  // filled in by RenderThread
 };
 
-// Sessions take turns; the pictures of one session are in order.
+// Owners (tenants, or sessions without one) take turns, and the sessions of a tenant its turns; the
+// pictures of one session are in order.
 class PictureQueue {
  public:
   void Push(PictureJob job);
@@ -63,6 +64,8 @@ class PictureQueue {
   void Return(PictureJob job) { returned_.push_back(std::move(job)); }
   bool empty() const { return size() == 0; }
   size_t size() const;
+  // Of the owner, without those that were returned.
+  size_t size_of(const std::string& session, const std::string& tenant) const;
   // The next in turn; not of an empty queue.
   const PictureJob& Next() const;
   PictureJob Pop();
@@ -74,8 +77,12 @@ class PictureQueue {
     std::string session;
     std::deque<PictureJob> jobs;  // at least one
   };
+  struct OwnerJobs {
+    std::string owner;
+    std::list<SessionJobs> sessions;  // at least one, in order of their turns
+  };
   std::deque<PictureJob> returned_;
-  std::list<SessionJobs> sessions_;  // in order of their turns
+  std::list<OwnerJobs> owners_;  // in order of their turns
 };
 
 }  // namespace drape::render

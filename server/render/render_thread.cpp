@@ -112,10 +112,15 @@ Status RenderThread::Core::Submit(PictureJob job) {
   DRAPE_ASSIGN_OR_RETURN(job.permit, permits_.Take(job.session, job.tenant));
   const std::lock_guard lock(mutex_);
   if (is_stopping_) return Draining();
-  if (queue_.size() >= limits_.max_queued_pictures) {
-    Status status(
-        StatusCode::kResourceExhausted, kTooMany,
-        "the queue is full: max_queued_pictures is " + std::to_string(limits_.max_queued_pictures));
+  const size_t waiting = queue_.size();
+  const size_t free =
+      limits_.max_queued_pictures - std::min<size_t>(limits_.max_queued_pictures, waiting);
+  // An owner has at most as many places as it leaves free (SessionPermits).
+  if (queue_.size_of(job.session, job.tenant) >= free) {
+    Status status(StatusCode::kResourceExhausted, kTooMany,
+                  "the queue is full: max_queued_pictures is " +
+                      std::to_string(limits_.max_queued_pictures) + ", " + std::to_string(waiting) +
+                      " wait, and an owner has at most as many places as it leaves free");
     return status.RetryAfterMs(limits_.retry_after_ms);
   }
   queue_.Push(std::move(job));

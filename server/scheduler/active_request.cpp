@@ -173,6 +173,7 @@ void ActiveRequest::EnterTurns() {
     DRAPE_CHECK(turns.empty() || turns.back() != this, "a cloth occurs once in a request");
     missing_turns_ += !turns.empty();
     turns.push_back(this);
+    held_cloths_ += cloth->is_held();
   }
 }
 

@@ -28,6 +28,10 @@ class ActiveRequest {
   void EnterTurns();
   void LeaveTurns();
   bool has_every_turn() const { return missing_turns_ == 0; }
+  bool may_start() const { return has_every_turn() && !is_held(); }
+  // Whether it must wait because one of its cloths is held (ClothRuntime::Hold, which counts).
+  bool is_held() const { return held_cloths_ > 0; }
+  void AddHeldCloths(int count) { held_cloths_ += count; }
 
   // Checks the expectations, applies the controls, and counts the steps that each cloth has to do.
   // An error ends the request. Tells `backend` about cloths that get rest lengths of their own and
@@ -99,6 +103,7 @@ class ActiveRequest {
   const uint32_t session_;
   const int64_t submitted_us_;
   uint32_t missing_turns_ = 0;
+  int held_cloths_ = 0;  // while it is in their turns
   bool has_started_ = false;
   bool was_taken_ = false;
   std::optional<Status> end_status_;

@@ -91,6 +91,18 @@ void ClothRuntime::End(const Status& reason) {
   RingBells();
 }
 
+void ClothRuntime::Hold() {
+  DRAPE_CHECK(!is_held_, "one holds it at a time");
+  is_held_ = true;
+  for (ActiveRequest* request : turns_) request->AddHeldCloths(1);
+}
+
+void ClothRuntime::Release() {
+  DRAPE_CHECK(is_held_, "it is held");
+  is_held_ = false;
+  for (ActiveRequest* request : turns_) request->AddHeldCloths(-1);
+}
+
 void ClothRuntime::Watch(const std::shared_ptr<ChangeBell>& bell, uint32_t index) {
   std::erase_if(watchers_, [](const Watcher& watcher) { return watcher.bell.expired(); });
   watchers_.push_back({bell, index});

@@ -207,6 +207,12 @@ class ClothRuntime {
   // long as the bell exists.
   void Watch(const std::shared_ptr<ChangeBell>& bell, uint32_t index);
 
+  // Work of several commands changes the cloth: until Release it is not stepped, and no request
+  // that names it starts.
+  void Hold();
+  void Release();
+  bool is_held() const { return is_held_; }
+
   // Step requests that name this cloth, in order of arrival; the first one has the turn
   // (active_request.h). For the scheduler only.
   std::deque<ActiveRequest*>& turns() { return turns_; }
@@ -234,6 +240,7 @@ class ClothRuntime {
   FrameBudget budget_;
   CostEstimate cost_;
   bool is_in_pieces_ = false;
+  bool is_held_ = false;
   SleepWatch sleep_;
   std::deque<ActiveRequest*> turns_;
   std::shared_ptr<ClothWorld> world_;

@@ -5,11 +5,26 @@
 
 namespace drape {
 
-void CommandQueue::Push(std::string owner, DeviceCommand command) {
+// A command of it is about to be added.
+CommandQueue::Owner& CommandQueue::OwnerWithCommands(const std::string& owner) {
   Owner& its = owners_[owner];
-  if (its.commands.empty()) turns_.push_back(std::move(owner));
-  its.commands.push_back({round_, std::move(command)});
+  if (its.commands.empty()) turns_.push_back(owner);
   ++size_;
+  return its;
+}
+
+void CommandQueue::Push(const std::string& owner, DeviceCommand command) {
+  OwnerWithCommands(owner).commands.push_back({round_, std::move(command)});
+}
+
+void CommandQueue::PushNext(const std::string& owner, DeviceCommand command) {
+  OwnerWithCommands(owner).commands.push_front({round_, std::move(command), true});
+}
+
+void CommandQueue::PushFirst(const std::string& owner, DeviceCommand command) {
+  std::deque<Waiting>& commands = OwnerWithCommands(owner).commands;
+  const bool is_under_way = !commands.empty() && commands.front().goes_on;
+  commands.insert(commands.begin() + (is_under_way ? 1 : 0), {round_, std::move(command)});
 }
 
 std::optional<CommandQueue::Entry> CommandQueue::Pop(int64_t now_us) {

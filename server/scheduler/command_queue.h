@@ -26,7 +26,12 @@ class CommandQueue {
     DeviceCommand command;
   };
 
-  void Push(std::string owner, DeviceCommand command);
+  void Push(const std::string& owner, DeviceCommand command);
+  // Goes on with what that owner has begun, whose last command has just been popped: before all
+  // others of the owner.
+  void PushNext(const std::string& owner, DeviceCommand command);
+  // Before all others of that owner, but after what it has begun.
+  void PushFirst(const std::string& owner, DeviceCommand command);
   // What is pushed from now on waits for the next round: a slice of long work for the steps after
   // the one before.
   void BeginRound() { ++round_; }
@@ -47,11 +52,14 @@ class CommandQueue {
   struct Waiting {
     uint64_t round = 0;  // in which it was pushed
     DeviceCommand command;
+    bool goes_on = false;  // PushNext
   };
   struct Owner {
     std::deque<Waiting> commands{};
     int64_t rests_until_us = 0;
   };
+
+  Owner& OwnerWithCommands(const std::string& owner);
 
   uint64_t round_ = 0;
   size_t size_ = 0;

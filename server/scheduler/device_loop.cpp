@@ -12,7 +12,6 @@
 
 namespace drape {
 namespace {
-
 // Limit on the particles read at once to find out whether cloths are at rest: 12 MiB in single
 // precision.
 constexpr size_t kMaxParticlesPerLook = size_t{1} << 20;
@@ -101,7 +100,7 @@ std::vector<DeviceLoop::RequestPointer> DeviceLoop::StartAndEnd() {
     ActiveRequest& request = **entry;
     const std::optional<int64_t> held_us = HeldBackUntil_us(request, now_us);
     EndIfPointless(request, now_us, held_us);
-    if (!request.end_status() && !request.has_started() && request.has_every_turn() && !held_us) {
+    if (!request.end_status() && !request.has_started() && request.may_start() && !held_us) {
       const Status status = request.Start(backend_, settings_.max_steps_per_request);
       if (!status.ok()) request.EndWith(status);
     }
@@ -147,11 +146,11 @@ std::optional<int64_t> DeviceLoop::HeldBackUntil_us(const ActiveRequest& request
 }
 
 std::optional<int64_t> DeviceLoop::RestUntil_us() const {
-  if (requests_.empty() || !rates_.has_limits()) return std::nullopt;
+  if (requests_.empty()) return std::nullopt;
   const int64_t now_us = clock_.NowUs();
   int64_t rest_us = now_us + kLook_us;
   for (const RequestPointer& request : requests_) {
-    if (!request->has_every_turn()) continue;  // behind one that is looked at
+    if (!request->may_start()) continue;  // behind another one, or a command that holds a cloth
     const std::optional<int64_t> until_us = HeldBackUntil_us(*request, now_us);
     if (!until_us) return std::nullopt;
     rest_us = std::min(rest_us, *until_us);
@@ -183,7 +182,7 @@ std::vector<DeviceLoop::Part> DeviceLoop::SelectParts() {
   std::vector<ActiveRequest*> requests;
   const int64_t now_us = clock_.NowUs();
   for (const RequestPointer& request : requests_) {
-    if (!request->has_started() || MustWait(*request)) continue;
+    if (!request->has_started() || request->is_held() || MustWait(*request)) continue;
     if (HeldBackUntil_us(*request, now_us)) continue;
     runnable.push_back({request->session(),
                         request->Costs(rate_, us_per_cost, settings_.batch.max_cost),

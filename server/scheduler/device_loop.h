@@ -76,9 +76,9 @@ class DeviceLoop {
   // The session of each answer that stayed behind.
   std::vector<std::string> UnansweredSessions() const;
   bool has_requests() const { return !requests_.empty(); }
-  // When the next round is due, after RunRound: until then every request is held back by the rate
-  // of its tenant, and nobody's time is over. Not later than kLook_us from now, because clients may
-  // give up. None: at once, or there are no requests.
+  // When the next round is due, after RunRound: until then every request is held back, by the rate
+  // of its tenant or by commands, and nobody's time is over. Not later than kLook_us from now,
+  // because clients may give up. None: at once, or there are no requests.
   std::optional<int64_t> RestUntil_us() const;
   static constexpr int64_t kLook_us = 100'000;
   // Ends every request with this status.

@@ -56,6 +56,14 @@ bool Scheduler::PostCleanup(const std::string& owner, DeviceCommand command) {
   return core_->PostCleanup(owner, std::move(command));
 }
 
+void Scheduler::Continue(const std::string& owner, DeviceCommand command) {
+  core_->Continue(owner, std::move(command));
+}
+
+bool Scheduler::PostFirst(const std::string& owner, DeviceCommand command) {
+  return core_->PostFirst(owner, std::move(command));
+}
+
 Status Scheduler::RunBlocking(std::function<Status(Backend&)> command) {
   DRAPE_CHECK(!core_->IsOnOwnThread(), "a thread cannot wait for itself");
   auto outcome = std::make_shared<std::promise<Status>>();

@@ -103,6 +103,11 @@ class Scheduler {
   // For commands that free something or continue what was begun: ignores the limits. False after
   // Drain: the backend and all its cloths are destroyed; the command is dropped.
   [[nodiscard]] bool PostCleanup(const std::string& owner, DeviceCommand command);
+  // Device thread, in a command of this owner: what follows it, in the next round, before all other
+  // commands of the owner. So work in slices is done as one, as far as the owner can see.
+  void Continue(const std::string& owner, DeviceCommand command);
+  // PostCleanup, but before the other commands of the owner that wait, and never within such work.
+  [[nodiscard]] bool PostFirst(const std::string& owner, DeviceCommand command);
   // PostCleanup, then waits for the result. Not on the device or the completion thread.
   Status RunBlocking(std::function<Status(Backend&)> command);
   // Runs `function` on the completion thread, after all earlier ones. For the answers of commands.

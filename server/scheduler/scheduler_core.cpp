@@ -105,6 +105,21 @@ bool Scheduler::Core::PostCleanup(const std::string& owner, DeviceCommand comman
   return true;
 }
 
+bool Scheduler::Core::PostFirst(const std::string& owner, DeviceCommand command) {
+  const std::lock_guard lock(mutex_);
+  if (is_stopped_) return false;
+  commands_.PushFirst(owner, std::move(command));
+  Notify();
+  return true;
+}
+
+void Scheduler::Core::Continue(const std::string& owner, DeviceCommand command) {
+  const std::lock_guard lock(mutex_);
+  DRAPE_CHECK(!is_stopped_ && std::this_thread::get_id() == device_thread_id_,
+              "the device thread takes commands as long as it runs one");
+  commands_.PushNext(owner, std::move(command));
+}
+
 void Scheduler::Core::See(const std::string& owner, int64_t now_us) {
   if (owner != last_asked_.owner) asked_before_ = std::exchange(last_asked_, {owner});
   last_asked_.at_us = now_us;

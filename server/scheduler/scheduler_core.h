@@ -34,6 +34,8 @@ class Scheduler::Core {
   Status Start(BackendFactory factory);
   Status Post(const std::string& owner, DeviceCommand command);
   bool PostCleanup(const std::string& owner, DeviceCommand command);
+  bool PostFirst(const std::string& owner, DeviceCommand command);
+  void Continue(const std::string& owner, DeviceCommand command);
   Status Submit(StepWork work);
   void Drain(int64_t grace_us, DeviceCommand last);
   void Hold();

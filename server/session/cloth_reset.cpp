@@ -32,18 +32,19 @@ Result<std::vector<std::shared_ptr<ClothRecord>>> FindAmong(
   return found;
 }
 
-Status OverrideOnDevice(Backend& backend, std::span<const std::shared_ptr<ClothRecord>> cloths,
-                        const ClothStarts& starts) {
-  if (starts.overrides.empty()) return Status::Ok();
+ClothChange OverridesOf(const ClothStarts& starts) {
   ClothChange change;
   change.overrides = starts.overrides;
-  return UpdateOnDevice(backend, cloths, change, {}, {});
+  return change;
 }
 
 Status ResetOnDevice(Backend& backend, std::span<const std::shared_ptr<ClothRecord>> cloths,
                      const ClothStarts& starts) {
   DRAPE_RETURN_IF_ERROR(CheckAlive(cloths));
-  DRAPE_RETURN_IF_ERROR(OverrideOnDevice(backend, cloths, starts));
+  if (!starts.overrides.empty()) {
+    DRAPE_RETURN_IF_ERROR(
+        UpdateOnDevice(backend, {cloths.begin(), cloths.end()}, OverridesOf(starts)));
+  }
   for (size_t k = 0; k < cloths.size(); ++k) {
     DRAPE_RETURN_IF_ERROR(ResetCloth(backend, *cloths[k], starts.TransformOf(k)));
   }

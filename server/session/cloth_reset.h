@@ -30,11 +30,10 @@ Result<std::vector<std::shared_ptr<ClothRecord>>> FindAmong(
     std::span<const ClothId> ids, std::span<const std::shared_ptr<ClothRecord>> cloths,
     const char* path);
 
-// Changes the parameters of all the cloths or of none. NOT_FOUND if one of them was deleted. Device
-// thread.
-Status OverrideOnDevice(Backend& backend, std::span<const std::shared_ptr<ClothRecord>> cloths,
-                        const ClothStarts& starts);
-// Then starts all of them again. Device thread.
+// What changes besides the states; there are overrides.
+ClothChange OverridesOf(const ClothStarts& starts);
+// Changes the parameters of all the cloths or of none, then starts all of them again. NOT_FOUND if
+// one of them was deleted. Device thread.
 Status ResetOnDevice(Backend& backend, std::span<const std::shared_ptr<ClothRecord>> cloths,
                      const ClothStarts& starts);
 

@@ -4,17 +4,14 @@
 
 #include <algorithm>
 #include <optional>
-#include <set>
 #include <string>
+#include <unordered_set>
 #include <utility>
 
 #include "server/session/cloth_creation.h"
+#include "server/session/cloth_reset.h"
 
 namespace drape {
-namespace {
-
-// Suggested delay for a client whose update met too many others [ms].
-constexpr int64_t kConflictRetry_ms = 50;
 
 // The change of one cloth, complete before anything is changed.
 struct PlannedUpdate {
@@ -25,6 +22,11 @@ struct PlannedUpdate {
   LengthTrack lengths;           // for another model
   bool has_new_colliders = false;
 };
+
+namespace {
+
+// Suggested delay for a client whose update met too many others [ms].
+constexpr int64_t kConflictRetry_ms = 50;
 
 // Positions of a cloth: rows of a column from `first_row` on.
 struct PositionRows {
@@ -86,9 +88,9 @@ Status CheckStillFits(const ClothRecord& cloth, const ClothDescription& before,
 
 // The cloth is alive, and the `index`th of the update. `changed` is null unless it gets another
 // model; `rows` hold its positions if it gets other pins.
-Result<PlannedUpdate> Plan(const ClothRecord& cloth, const ClothChange& change, size_t index,
-                           const ChangedModel* changed, const PositionRows& rows,
-                           const BackendDescription& backend, const ModelRules& rules) {
+Result<PlannedUpdate> PlanFor(const ClothRecord& cloth, const ClothChange& change, size_t index,
+                              const ChangedModel* changed, const PositionRows& rows,
+                              const BackendDescription& backend, const ModelRules& rules) {
   const auto before = cloth.description();
   DRAPE_RETURN_IF_ERROR(CheckStillFits(cloth, *before, changed, rules));
   DRAPE_ASSIGN_OR_RETURN(ClothParameters parameters,
@@ -126,7 +128,7 @@ Result<PlannedUpdate> Plan(const ClothRecord& cloth, const ClothChange& change, 
   return plan;
 }
 
-void Commit(ClothRecord& cloth, PlannedUpdate plan) {
+void CommitTo(ClothRecord& cloth, PlannedUpdate plan) {
   ClothRuntime& runtime = *cloth.runtime;
   runtime.SetSettings(plan.write.parameters->settings);
   runtime.SetShift(ShiftOf(*plan.after->model, plan.after->parameters, cloth.placement));
@@ -139,36 +141,18 @@ void Commit(ClothRecord& cloth, PlannedUpdate plan) {
   cloth.ReplaceDescription(std::move(plan.after));
 }
 
-// Undoes the writes to the first `count` cloths, the last one first, so that the device frees its
-// room in reverse order. Returns the number of cloths that were ended because the device had no
-// room for their former state.
-size_t TakeBack(Backend& backend, std::span<const std::shared_ptr<ClothRecord>> cloths,
-                std::span<const PlannedUpdate> plans, size_t count) {
-  size_t ended = 0;
-  for (size_t k = count; k-- > 0;) {
-    ClothRecord& cloth = *cloths[k];
-    const Status undone = backend.Write(cloth.runtime->handle(), plans[k].undo);
-    if (undone.ok()) continue;
-    spdlog::error("cloth_ended cloth={} reason=update_not_undone status=\"{}\"", cloth.id.Packed(),
-                  undone.ToString());
-    FreeCloth(backend, cloth,
-              Status(StatusCode::kResourceExhausted, "DEVICE_MEMORY",
-                     "cloth " + std::to_string(cloth.id.Packed()) +
-                         " was deleted: the device had no room to undo a change of it"));
-    ++ended;
-  }
-  return ended;
-}
-
 // Other settings are for all cloths of a world.
 Status CheckWholeWorlds(std::span<const std::shared_ptr<ClothRecord>> cloths,
                         const ClothChange& change) {
   if (!change.settings) return Status::Ok();
-  std::set<const ClothRuntime*> named;
-  for (const auto& cloth : cloths) named.insert(cloth->runtime.get());
+  std::unordered_set<const ClothRuntime*> named;  // of worlds
+  for (const auto& cloth : cloths) {
+    if (cloth->runtime->world() != nullptr) named.insert(cloth->runtime.get());
+  }
+  std::unordered_set<const ClothWorld*> seen;
   for (const auto& cloth : cloths) {
     const std::shared_ptr<ClothWorld>& world = cloth->runtime->world();
-    if (world == nullptr) continue;
+    if (world == nullptr || !seen.insert(world.get()).second) continue;
     for (const ClothWorld::Member& member : world->members()) {
       if (named.contains(member.cloth)) continue;
       return Status::InvalidField(
@@ -195,37 +179,84 @@ void PrepareUpdate(std::span<const std::shared_ptr<ClothRecord>> cloths, const C
   }
 }
 
-Status UpdateOnDevice(Backend& backend, std::span<const std::shared_ptr<ClothRecord>> cloths,
-                      const ClothChange& change, std::span<const ChangedModel> models,
-                      const ModelRules& rules) {
-  std::vector<ClothHandle> handles;
-  for (const auto& cloth : cloths) {
-    if (!cloth->runtime->is_alive()) return ClothNotFound(cloth->id);
-    handles.push_back(cloth->runtime->handle());
-  }
-  DRAPE_RETURN_IF_ERROR(CheckWholeWorlds(cloths, change));
+ClothUpdater::ClothUpdater(std::vector<std::shared_ptr<ClothRecord>> cloths, ClothChange change,
+                           std::vector<ChangedModel> models, ModelRules rules)
+    : cloths_(std::move(cloths)),
+      change_(std::move(change)),
+      models_(std::move(models)),
+      rules_(std::move(rules)) {}
+
+ClothUpdater::~ClothUpdater() = default;
+
+Status ClothUpdater::Begin() const {
+  DRAPE_RETURN_IF_ERROR(CheckAlive(cloths_));
+  return CheckWholeWorlds(cloths_, change_);
+}
+
+Status ClothUpdater::Write(Backend& backend, size_t begin, size_t end) {
   StateColumns state;
-  if (change.pins) state = backend.Read({handles, true, false});
+  if (change_.pins) {
+    std::vector<ClothHandle> handles;
+    for (size_t k = begin; k < end; ++k) handles.push_back(cloths_[k]->runtime->handle());
+    state = backend.Read({handles, true, false});
+  }
   const BackendDescription description = backend.Describe();
-  std::vector<PlannedUpdate> plans;
   PositionRows rows{state.positions_m};
-  for (size_t k = 0; k < cloths.size(); ++k) {
+  for (size_t k = begin; k < end; ++k) {
     DRAPE_ASSIGN_OR_RETURN(PlannedUpdate plan,
-                           Plan(*cloths[k], change, k, models.empty() ? nullptr : &models[k], rows,
-                                description, rules));
-    plans.push_back(std::move(plan));
-    rows.first_row += cloths[k]->runtime->particle_count();
+                           PlanFor(*cloths_[k], change_, k, models_.empty() ? nullptr : &models_[k],
+                                   rows, description, rules_));
+    plans_.push_back(std::make_unique<PlannedUpdate>(std::move(plan)));
+    rows.first_row += cloths_[k]->runtime->particle_count();
   }
-  for (size_t k = 0; k < cloths.size(); ++k) {
-    const Status status = backend.Write(cloths[k]->runtime->handle(), plans[k].write);
-    if (status.ok()) continue;
-    const size_t ended = TakeBack(backend, cloths, plans, k);
-    if (ended == 0) return status;
-    return Status(status.code(), status.reason(),
-                  status.message() + "; " + std::to_string(ended) +
-                      " of the cloths were deleted: there was no room to undo the change");
+  for (; written_ < end; ++written_) {
+    const ClothHandle handle = cloths_[written_]->runtime->handle();
+    DRAPE_RETURN_IF_ERROR(backend.Write(handle, plans_[written_]->write));
   }
-  for (size_t k = 0; k < cloths.size(); ++k) Commit(*cloths[k], std::move(plans[k]));
+  return Status::Ok();
+}
+
+void ClothUpdater::Commit(size_t begin, size_t end) {
+  for (size_t k = begin; k < end; ++k) {
+    CommitTo(*cloths_[k], std::move(*plans_[k]));
+    plans_[k] = nullptr;
+  }
+}
+
+void ClothUpdater::TakeBack(Backend& backend, size_t count) {
+  plans_.resize(written_);
+  for (const size_t until = written_ - count; written_ > until; plans_.pop_back()) {
+    ClothRecord& cloth = *cloths_[--written_];
+    const Status undone = backend.Write(cloth.runtime->handle(), plans_.back()->undo);
+    if (undone.ok()) continue;
+    spdlog::error("cloth_ended cloth={} reason=update_not_undone status=\"{}\"", cloth.id.Packed(),
+                  undone.ToString());
+    FreeCloth(backend, cloth,
+              Status(StatusCode::kResourceExhausted, "DEVICE_MEMORY",
+                     "cloth " + std::to_string(cloth.id.Packed()) +
+                         " was deleted: the device had no room to undo a change of it"));
+    ++ended_;
+  }
+}
+
+Status ClothUpdater::Error(const Status& status) const {
+  if (ended_ == 0) return status;
+  return Status(status.code(), status.reason(),
+                status.message() + "; " + std::to_string(ended_) +
+                    " of the cloths were deleted: there was no room to undo the change");
+}
+
+Status UpdateOnDevice(Backend& backend, std::vector<std::shared_ptr<ClothRecord>> cloths,
+                      const ClothChange& change) {
+  ClothUpdater updater(std::move(cloths), change);
+  const size_t count = updater.cloths().size();
+  DRAPE_RETURN_IF_ERROR(updater.Begin());
+  const Status status = updater.Write(backend, 0, count);
+  if (!status.ok()) {
+    updater.TakeBack(backend, updater.written());
+    return updater.Error(status);
+  }
+  updater.Commit(0, count);
   return Status::Ok();
 }
 

@@ -12,15 +12,50 @@
 
 namespace drape {
 
-// Applies the change to all the cloths or to none. `models`: [cloth_count] if change.needs_model(),
-// otherwise empty. NOT_FOUND if one of them was deleted. ABORTED (UPDATE_CONFLICT) if a model was
-// made for a description that another update has replaced since: build it again. The errors of
-// `rules.accept`. If the device has no room even to undo the
-// change of a cloth, the cloth ends and is freed (step requests that name it end with
-// RESOURCE_EXHAUSTED, DEVICE_MEMORY), and the message says so. Device thread.
-Status UpdateOnDevice(Backend& backend, std::span<const std::shared_ptr<ClothRecord>> cloths,
-                      const ClothChange& change, std::span<const ChangedModel> models,
-                      const ModelRules& rules = {});
+struct PlannedUpdate;
+
+// A change of several cloths, of all or of none: Begin, Write of consecutive ranges that cover all,
+// Commit of the same; after an error instead TakeBack of what was written, and Error. No step of
+// them, and no other change, comes between. Device thread, except the constructor.
+class ClothUpdater {
+ public:
+  // `models`: [cloth_count] if change.needs_model(), otherwise empty.
+  ClothUpdater(std::vector<std::shared_ptr<ClothRecord>> cloths, ClothChange change,
+               std::vector<ChangedModel> models = {}, ModelRules rules = {});
+  ~ClothUpdater();
+
+  const std::vector<std::shared_ptr<ClothRecord>>& cloths() const { return cloths_; }
+  // NOT_FOUND if one of them was deleted. INVALID_ARGUMENT if only a part of a world would change.
+  Status Begin() const;
+  // Plans the changes of the range and gives them to the device. ABORTED (UPDATE_CONFLICT) if a
+  // model was made for a description that another update has replaced since: build it again.
+  // INVALID_ARGUMENT for values that are illegal together; the errors of `rules.accept`, and of the
+  // device.
+  Status Write(Backend& backend, size_t begin, size_t end);
+  // From now on the cloths of the range are what was written.
+  void Commit(size_t begin, size_t end);
+  // Cloths that the device has got; afterwards those that TakeBack has left.
+  size_t written() const { return written_; }
+  // Takes back the last `count` of them, the last one first, so that the device frees its room in
+  // reverse order. A cloth for which it has no room then ends and is freed (step requests that name
+  // it end with RESOURCE_EXHAUSTED, DEVICE_MEMORY).
+  void TakeBack(Backend& backend, size_t count);
+  // `status`, and how many cloths had to end.
+  Status Error(const Status& status) const;
+
+ private:
+  const std::vector<std::shared_ptr<ClothRecord>> cloths_;
+  const ClothChange change_;
+  const std::vector<ChangedModel> models_;
+  const ModelRules rules_;
+  std::vector<std::unique_ptr<PlannedUpdate>> plans_;  // of the cloths so far, until Commit
+  size_t written_ = 0;
+  size_t ended_ = 0;
+};
+
+// The same at once, of few cloths.
+Status UpdateOnDevice(Backend& backend, std::vector<std::shared_ptr<ClothRecord>> cloths,
+                      const ClothChange& change);
 
 // BackendDescription::prepare for the first few of the cloths as they will be.
 void PrepareUpdate(std::span<const std::shared_ptr<ClothRecord>> cloths, const ClothChange& change,

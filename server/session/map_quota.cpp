@@ -13,8 +13,36 @@ void Insert(std::span<const Collider> colliders, DistanceMapSet& maps) {
   }
 }
 
-MapCharge::MapCharge(std::shared_ptr<MapQuota> quota, std::shared_ptr<const DistanceMap> map)
-    : quota_(std::move(quota)), map_(std::move(map)) {}
+namespace {
+
+// Keeps what it counts alive, so that no other map gets its address.
+struct MapPermit {
+  std::shared_ptr<const DistanceMap> map;
+  std::shared_ptr<void> bytes;
+};
+
+}  // namespace
+
+MapPool::MapPool(uint64_t max_bytes)
+    : budget_("QUOTA_EXCEEDED", ByteBudget::Limit{"half of max_mesh_collider_bytes", max_bytes / 2},
+              ByteBudget::Limit{"max_mesh_collider_bytes", max_bytes}, 0) {}
+
+Result<std::shared_ptr<const void>> MapPool::Take(const std::string& owner,
+                                                  const std::shared_ptr<const DistanceMap>& map) {
+  const std::lock_guard lock(mutex_);
+  std::erase_if(permits_, [](const auto& entry) { return entry.second.expired(); });
+  std::weak_ptr<const void>& entry = permits_[{owner, map.get()}];
+  if (auto known = entry.lock()) return known;
+  DRAPE_ASSIGN_OR_RETURN(std::shared_ptr<void> bytes, budget_.Take(owner, map->size_bytes()));
+  const std::shared_ptr<const void> permit =
+      std::make_shared<const MapPermit>(map, std::move(bytes));
+  entry = permit;
+  return permit;
+}
+
+MapCharge::MapCharge(std::shared_ptr<MapQuota> quota, std::shared_ptr<const DistanceMap> map,
+                     std::shared_ptr<const void> permit)
+    : quota_(std::move(quota)), map_(std::move(map)), permit_(std::move(permit)) {}
 
 MapCharge::~MapCharge() {
   quota_->GiveBack(map_->size_bytes());
@@ -43,10 +71,15 @@ Result<MapCharges> MapQuota::Charge(const DistanceMapSet& maps) {
                       std::to_string(used_bytes_) + " in use, " + std::to_string(wanted_bytes) +
                       " more wanted");
   }
+  std::vector<std::shared_ptr<const void>> permits;
+  for (const auto& map : missing) {
+    DRAPE_ASSIGN_OR_RETURN(permits.emplace_back(), pool_->Take(owner_, map));
+  }
   used_bytes_ += wanted_bytes;
-  for (auto& map : missing) {
-    const DistanceMap* const key = map.get();
-    charges.push_back(std::make_shared<const MapCharge>(shared_from_this(), std::move(map)));
+  for (size_t k = 0; k < missing.size(); ++k) {
+    const DistanceMap* const key = missing[k].get();
+    charges.push_back(std::make_shared<const MapCharge>(shared_from_this(), std::move(missing[k]),
+                                                        std::move(permits[k])));
     charges_[key] = charges.back();
   }
   return charges;

@@ -7,9 +7,11 @@
 namespace drape {
 namespace {
 
-// Suggested delays [ms] for clients whose request is still under way, or which have made too many.
+// Suggested delay for clients whose request is still under way [ms].
 constexpr int64_t kRetryAfter_ms = 50;
-constexpr int64_t kRetryWhenFull_ms = 1000;
+// What an id takes: in an entry, and three times the text itself [bytes].
+constexpr size_t kIdOverhead = 320;
+constexpr size_t kIdCopies = 3;
 // What an answer takes besides its serialised size [bytes].
 constexpr size_t kAnswerOverhead = 512;
 
@@ -32,7 +34,14 @@ Result<std::any> RequestMemory::Begin(const std::string& request_id, uint64_t fi
                         " s");
       return status.RetryAfterMs(kRetryWhenFull_ms);
     }
-    entries_[request_id].fingerprint = fingerprint;
+    std::shared_ptr<void> permit;
+    if (id_budget_ != nullptr) {
+      DRAPE_ASSIGN_OR_RETURN(permit,
+                             id_budget_->Take(owner_, kIdOverhead + kIdCopies * request_id.size()));
+    }
+    Entry& entry = entries_[request_id];
+    entry.fingerprint = fingerprint;
+    entry.id_permit = std::move(permit);
     return std::any();
   }
   const Entry& entry = known->second;
@@ -61,10 +70,10 @@ void RequestMemory::Complete(const std::string& request_id, std::any answer, siz
   completed_.push_back({request_id, clock_.NowUs()});
   while (bytes_ + bytes > limits_.max_answer_bytes && ForgetAnswer()) {
   }
-  while (budget_ != nullptr) {
-    Result<std::shared_ptr<void>> taken = budget_->Take(owner_, bytes);
+  while (answer_budget_ != nullptr) {
+    Result<std::shared_ptr<void>> taken = answer_budget_->Take(owner_, bytes);
     if (taken.ok()) {
-      entry.budget = std::move(taken).value();
+      entry.answer_permit = std::move(taken).value();
       break;
     }
     if (!ForgetAnswer()) return;  // this one too
@@ -88,6 +97,11 @@ void RequestMemory::Abandon(const std::string& request_id) {
   entries_.erase(request_id);
 }
 
+void RequestMemory::ForgetOld() {
+  const std::lock_guard lock(mutex_);
+  ForgetOldIds();
+}
+
 void RequestMemory::ForgetOldIds() {
   const int64_t until_us = clock_.NowUs() - limits_.keep_us;
   while (!completed_.empty() && completed_.front().at_us <= until_us) {
@@ -105,7 +119,7 @@ bool RequestMemory::ForgetAnswer() {
   Entry& oldest = entries_.at(with_answers_.front());
   bytes_ -= oldest.answer_bytes;
   oldest.answer.reset();
-  oldest.budget = nullptr;
+  oldest.answer_permit = nullptr;
   with_answers_.pop_front();
   return true;
 }

@@ -32,16 +32,22 @@ struct RequestMemoryLimits {
 //   success: memory.Complete(id, answer, bytes)     failure: memory.Abandon(id)
 class RequestMemory {
  public:
-  // `clock` outlives it. `budget`, if any: for the answers of all sessions, taken in the name of
-  // `owner`; answers without room in it are forgotten.
+  // `clock` outlives it. `answers` and `ids`, if any: for those of all sessions, taken in the name
+  // of `owner`; answers without room are forgotten, ids refused with the error of the budget.
   RequestMemory(const RequestMemoryLimits& limits, const Clock& clock,
-                std::shared_ptr<ByteBudget> budget = nullptr, std::string owner = {})
-      : limits_(limits), clock_(clock), budget_(std::move(budget)), owner_(std::move(owner)) {}
+                std::shared_ptr<ByteBudget> answers = nullptr,
+                std::shared_ptr<ByteBudget> ids = nullptr, std::string owner = {})
+      : limits_(limits),
+        clock_(clock),
+        answer_budget_(std::move(answers)),
+        id_budget_(std::move(ids)),
+        owner_(std::move(owner)) {}
 
   // An empty any: the id is new and under way from now on. Otherwise the remembered answer. Errors:
   //   ABORTED REQUEST_IN_PROGRESS: the first request with this id is not complete (retry later).
   //   FAILED_PRECONDITION ANSWER_FORGOTTEN: the request was done; its answer is no longer kept.
-  //   RESOURCE_EXHAUSTED TOO_MANY_REQUEST_IDS: max_ids are known (with retry_after).
+  //   RESOURCE_EXHAUSTED TOO_MANY_REQUEST_IDS: max_ids are known, or those of all sessions leave no
+  //   room for more of the owner (with retry_after).
   //   INVALID_ARGUMENT naming "request_id": the id was used for a different request (the
   //   fingerprint, a hash of method and content, differs), or is longer than kMaxRequestIdBytes.
   // An empty id is always new; Complete and Abandon of it do nothing.
@@ -54,6 +60,8 @@ class RequestMemory {
   bool Keeps(size_t answer_bytes) const { return answer_bytes <= limits_.max_answer_bytes; }
   // The request failed: the id may be used again.
   void Abandon(const std::string& request_id);
+  // What need not be known any longer. Begin does this, too; for sessions that do not ask.
+  void ForgetOld();
 
  private:
   struct Entry {
@@ -61,7 +69,7 @@ class RequestMemory {
     bool is_complete = false;
     std::any answer;  // empty while under way, and once it is forgotten
     size_t answer_bytes = 0;
-    std::shared_ptr<void> budget;
+    std::shared_ptr<void> id_permit, answer_permit;  // of the budgets
   };
   struct Completion {
     std::string request_id;
@@ -75,7 +83,7 @@ class RequestMemory {
 
   const RequestMemoryLimits limits_;
   const Clock& clock_;
-  const std::shared_ptr<ByteBudget> budget_;
+  const std::shared_ptr<ByteBudget> answer_budget_, id_budget_;
   const std::string owner_;
   std::mutex mutex_;
   std::unordered_map<std::string, Entry> entries_;
@@ -86,5 +94,8 @@ class RequestMemory {
 
 // Longest request id [bytes].
 inline constexpr size_t kMaxRequestIdBytes = 128;
+
+// Suggested delay for clients that have made too many requests with ids [ms].
+inline constexpr int64_t kRetryWhenFull_ms = 1000;
 
 }  // namespace drape

@@ -45,8 +45,10 @@ Session::Session(std::shared_ptr<SessionCommons> commons, std::string name,
       ttl_s_(ttl_s),
       tenant_(std::move(tenant)),
       checkpoint_unix_s_(checkpoint_unix_s),
-      request_memory_(commons_->limits.requests, commons_->clock, commons_->remembered, owner()),
-      map_quota_(std::make_shared<MapQuota>(commons_->limits.max_mesh_collider_bytes_per_session)),
+      request_memory_(commons_->limits.requests, commons_->clock, commons_->remembered,
+                      commons_->request_ids, owner()),
+      map_quota_(std::make_shared<MapQuota>(commons_->limits.max_mesh_collider_bytes_per_session,
+                                            commons_->map_pool, owner())),
       table_(std::move(issued)) {}
 
 uint32_t Session::cloth_count() const {

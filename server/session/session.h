@@ -39,6 +39,11 @@ struct SessionCommons {
       "TOO_MANY_ANSWERS",
       ByteBudget::Limit{"max_remembered_bytes_per_session", limits.max_remembered_bytes / 4},
       ByteBudget::Limit{"max_remembered_bytes", limits.max_remembered_bytes}, 0);
+  // The request ids that it knows; an owner may have half.
+  const std::shared_ptr<ByteBudget> request_ids = std::make_shared<ByteBudget>(
+      "TOO_MANY_REQUEST_IDS",
+      ByteBudget::Limit{"half of max_request_id_bytes", limits.max_request_id_bytes / 2},
+      ByteBudget::Limit{"max_request_id_bytes", limits.max_request_id_bytes}, kRetryWhenFull_ms);
   // The states that sessions keep by name; an owner may have a quarter.
   const std::shared_ptr<ByteBudget> saved = std::make_shared<ByteBudget>(
       "TOO_MANY_SAVED_STATES",
@@ -47,6 +52,8 @@ struct SessionCommons {
   TenantQuota tenants{limits.per_tenant};
   std::atomic<uint64_t> worlds{0};  // made so far
   ModelCache models{limits.max_model_bytes};
+  const std::shared_ptr<MapPool> map_pool =
+      std::make_shared<MapPool>(limits.max_mesh_collider_bytes);
   DistanceMapCaches maps;
 };
 
@@ -135,9 +142,12 @@ class Session : public std::enable_shared_from_this<Session> {
   // If one cloth fails, the others are changed back; a cloth for which the device has no room then
   // is deleted, and the message says so. ABORTED (UPDATE_CONFLICT) if another update gave a cloth
   // another model while this one built its own: nothing has changed, and the call may be repeated.
-  // `rules.limits` apply to changes that need another model.
+  // `rules.limits` apply to changes that need another model. Cloths of several slices are not
+  // stepped meanwhile. `stop_reason` is asked before each slice on the device: after an error of it
+  // everything is taken back.
   void UpdateCloths(ClothList cloths, ClothChange change,
-                    std::function<void(Result<UpdatedCloths>)> done, const ModelRules& rules = {});
+                    std::function<void(Result<UpdatedCloths>)> done, const ModelRules& rules = {},
+                    std::function<Status()> stop_reason = {});
   // The ids are invalid on return; `done` runs when the device memory is free. Running step
   // requests on one of the cloths end with NOT_FOUND (CLOTH_NOT_FOUND). UNAVAILABLE (DRAINING):
   // they may be in the last checkpoint, and come back.
@@ -155,15 +165,16 @@ class Session : public std::enable_shared_from_this<Session> {
   void WriteStates(ClothList cloths, std::vector<ParticleState> states,
                    std::function<void(Status)> done);
 
-  // Keeps each of the cloths as it is between two steps, in memory until the session ends, or
-  // DropStates. Replaces what `name` had. RESOURCE_EXHAUSTED (TOO_MANY_SAVED_STATES).
+  // Keeps the cloths as they are at one moment between two steps, in memory until the session ends,
+  // or DropStates. Replaces what `name` had. RESOURCE_EXHAUSTED (TOO_MANY_SAVED_STATES), NOT_FOUND
+  // (CLOTH_NOT_FOUND) for one that was deleted: nothing is kept then.
   void SaveStates(ClothList cloths, std::string name,
                   std::function<void(Result<SavedSummary>)> done);
   // Cloth into[k] becomes the saved cloth from[k] (SavedCloth), between two steps of running
-  // requests, with the bits that it would have had. No `into`: every saved cloth; no `from`: each
-  // itself. NOT_FOUND (SAVED_STATES_NOT_FOUND, CLOTH_NOT_FOUND), INVALID_ARGUMENT
-  // ("cloth_ids[k]", CheckLoads): nothing changes then. RESOURCE_EXHAUSTED when the device has no
-  // room: the cloths from there on are as they were.
+  // requests, with the bits that it would have had; all at one moment. No `into`: every saved
+  // cloth; no `from`: each itself. NOT_FOUND (SAVED_STATES_NOT_FOUND, CLOTH_NOT_FOUND),
+  // INVALID_ARGUMENT ("cloth_ids[k]", CheckLoads): nothing changes then. RESOURCE_EXHAUSTED when
+  // the device has no room: the cloths from there on are as they were.
   void LoadStates(const std::string& name, std::span<const ClothId> into,
                   std::span<const ClothId> from, std::function<void(Status)> done);
   // The pairs of LoadStates, with its errors, for LoadOnDevice.

@@ -6,6 +6,7 @@
 
 #include "server/core/check.h"
 #include "server/session/cloth_creation.h"
+#include "server/session/cloth_hold.h"
 #include "server/session/cloth_update.h"
 #include "server/session/session.h"
 #include "server/session/sliced_command.h"
@@ -193,9 +194,52 @@ void Session::CheckCloths(ClothCreation creation, std::function<void(Result<Crea
       .start = StartOf(creation)});
 }
 
+namespace {
+
+// Makes the change in slices, or takes it back, and calls `finish` with the outcome, on the device
+// thread. `stop_reason` is asked before each slice; empty: nothing stops it.
+Status RunUpdate(Scheduler& scheduler, const std::string& owner,
+                 const std::shared_ptr<ClothUpdater>& updater, std::function<Status()> stop_reason,
+                 std::function<void(Backend&, const Status&)> finish) {
+  const size_t count = updater->cloths().size();
+  const size_t per_slice = ClothsPerSlice(updater->cloths());
+  const auto hold = std::make_shared<ClothHold>();
+  const auto end = [hold, finish = std::move(finish)](Backend& backend, const Status& outcome) {
+    hold->Release();
+    finish(backend, outcome);
+  };
+  const auto commit = [updater](Backend&, size_t begin, size_t slice_end) {
+    updater->Commit(begin, slice_end);
+    return Status::Ok();
+  };
+  const auto take_back = [updater](Backend& backend, size_t begin, size_t slice_end) {
+    updater->TakeBack(backend, slice_end - begin);
+    return Status::Ok();
+  };
+  return RunAsOne(
+      scheduler, owner, count, per_slice,
+      [=, stop_reason = std::move(stop_reason)](Backend& backend, size_t begin, size_t slice_end) {
+        if (stop_reason) DRAPE_RETURN_IF_ERROR(stop_reason());
+        if (begin == 0) DRAPE_RETURN_IF_ERROR(updater->Begin());
+        if (begin == 0 && slice_end < count) hold->Take(updater->cloths());
+        return updater->Write(backend, begin, slice_end);
+      },
+      [=, &scheduler](Backend& backend, const Status& written) {
+        if (written.ok()) {
+          return ContinueAsOne(backend, scheduler, owner, count, per_slice, commit, end);
+        }
+        ContinueAsOne(backend, scheduler, owner, updater->written(), per_slice, take_back,
+                      [updater, end, written](Backend& b, const Status&) {
+                        end(b, updater->Error(written));
+                      });
+      });
+}
+
+}  // namespace
+
 void Session::UpdateCloths(ClothList cloths, ClothChange change,
-                           std::function<void(Result<UpdatedCloths>)> done,
-                           const ModelRules& rules) {
+                           std::function<void(Result<UpdatedCloths>)> done, const ModelRules& rules,
+                           std::function<Status()> stop_reason) {
   DRAPE_CHECK(!cloths.empty(), "at least one cloth");
   const bool touches_itself = change.self_collision && *change.self_collision;
   for (const auto& cloth : cloths) {
@@ -236,21 +280,22 @@ void Session::UpdateCloths(ClothList cloths, ClothChange change,
   if (change.may_need_programs()) {
     PrepareUpdate(cloths, change, models, commons_->scheduler.description().prepare);
   }
-  const Status status = commons_->scheduler.Post(
-      owner(), [self = shared_from_this(), cloths = std::move(cloths), change = std::move(change),
-                models = std::move(models), rules, done](Backend& backend) {
-        const Status outcome = UpdateOnDevice(backend, cloths, change, models, rules);
-        if (!outcome.ok()) self->DropEnded(cloths);
-        const auto description = cloths.front()->description();
-        self->commons_->scheduler.Complete(
-            [done, outcome, description, start = cloths.front()->start()] {
-              if (outcome.ok()) {
-                done(UpdatedCloths{description->model, description->plan, start});
-              } else {
-                done(outcome);
-              }
-            });
-      });
+  const auto updater = std::make_shared<ClothUpdater>(std::move(cloths), std::move(change),
+                                                      std::move(models), rules);
+  const Status status =
+      RunUpdate(commons_->scheduler, owner(), updater, std::move(stop_reason),
+                [self = shared_from_this(), updater, done](Backend&, const Status& outcome) {
+                  if (!outcome.ok()) self->DropEnded(updater->cloths());
+                  const auto& first = updater->cloths().front();
+                  self->commons_->scheduler.Complete(
+                      [done, outcome, description = first->description(), start = first->start()] {
+                        if (outcome.ok()) {
+                          done(UpdatedCloths{description->model, description->plan, start});
+                        } else {
+                          done(outcome);
+                        }
+                      });
+                });
   if (!status.ok()) done(status);
 }
 
@@ -268,20 +313,32 @@ void Session::ResetCloths(ClothList cloths, ClothStarts starts, std::function<vo
     return;
   }
   const auto held = std::make_shared<const ClothList>(std::move(cloths));
-  const Status status = RunInSlices(
-      commons_->scheduler, owner(), held->size(), ClothsPerSlice(*held),
-      [held, starts = std::move(starts)](Backend& backend, size_t begin, size_t end) {
-        if (begin == 0) DRAPE_RETURN_IF_ERROR(OverrideOnDevice(backend, *held, starts));
-        for (size_t k = begin; k < end; ++k) {
-          ClothRecord& cloth = *(*held)[k];
-          if (!cloth.runtime->is_alive()) return ClothNotFound(cloth.id);
-          DRAPE_RETURN_IF_ERROR(ResetCloth(backend, cloth, starts.TransformOf(k)));
-        }
-        return Status::Ok();
-      },
-      [self = shared_from_this(), done](Backend&, const Status& outcome) {
-        self->commons_->scheduler.Complete([done, outcome] { done(outcome); });
-      });
+  const size_t per_slice = ClothsPerSlice(*held);
+  std::function<void(Backend&, const Status&)> finish = [self = shared_from_this(), held, done](
+                                                            Backend&, const Status& outcome) {
+    if (!outcome.ok()) self->DropEnded(*held);
+    self->commons_->scheduler.Complete([done, outcome] { done(outcome); });
+  };
+  const bool has_overrides = !starts.overrides.empty();
+  const auto updater =
+      has_overrides ? std::make_shared<ClothUpdater>(*held, OverridesOf(starts)) : nullptr;
+  auto reset = [held, starts = std::move(starts)](Backend& backend, size_t begin, size_t end) {
+    if (begin == 0) DRAPE_RETURN_IF_ERROR(CheckAlive(*held));
+    for (size_t k = begin; k < end; ++k) {
+      DRAPE_RETURN_IF_ERROR(ResetCloth(backend, *(*held)[k], starts.TransformOf(k)));
+    }
+    return Status::Ok();
+  };
+  Scheduler& scheduler = commons_->scheduler;
+  const Status status =
+      has_overrides
+          ? RunUpdate(scheduler, owner(), updater, {},
+                      [=, &scheduler, owner = owner()](Backend& backend, const Status& updated) {
+                        if (!updated.ok()) return finish(backend, updated);
+                        ContinueAsOne(backend, scheduler, owner, held->size(), per_slice, reset,
+                                      finish);
+                      })
+          : RunAsOne(scheduler, owner(), held->size(), per_slice, reset, finish);
   if (!status.ok()) done(status);
 }
 

@@ -16,12 +16,16 @@ struct SessionLimits {
   uint64_t max_particles_per_session = uint64_t{1} << 26;  // 67 million: about 5 GB of states
   // Distance maps of colliders and their meshes, equal ones once: about 16 of the largest.
   uint64_t max_mesh_collider_bytes_per_session = uint64_t{256} << 20;
+  // Of all sessions, equal ones of an owner once; a session, or a tenant, may have half.
+  uint64_t max_mesh_collider_bytes = uint64_t{4} << 30;
   // Scene models, equal ones of an owner once, with the backend's copy of them: of all sessions; a
   // session, or a tenant, may have half.
   uint64_t max_model_bytes = uint64_t{8} << 30;
-  // Per session; and the answers of all sessions together.
+  // Per session; and of all sessions together the answers, of which a session, or a tenant, may
+  // have a quarter, and the ids, of which it may have half.
   RequestMemoryLimits requests;
   uint64_t max_remembered_bytes = uint64_t{1} << 30;
+  uint64_t max_request_id_bytes = uint64_t{2} << 30;
   // States kept by name (SaveStates), of all sessions; a session, or a tenant, may have a quarter.
   uint64_t max_saved_bytes = uint64_t{4} << 30;
   // Names that still answer SESSION_EXPIRED or SESSION_LOST; older ones are SESSION_NOT_FOUND.

@@ -347,6 +347,8 @@ std::vector<std::pair<std::string, std::string>> SessionRegistry::LostNames() co
 
 size_t SessionRegistry::ReapExpired() {
   std::vector<std::shared_ptr<Session>> expired;
+  // Its ids take from what all sessions may have.
+  for (const auto& session : All()) session->request_memory().ForgetOld();
   {
     const std::lock_guard lock(mutex_);
     const int64_t now_us = clock_.NowUs();

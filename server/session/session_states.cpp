@@ -4,6 +4,8 @@
 #include <utility>
 
 #include "server/session/cloth_creation.h"
+#include "server/session/cloth_hold.h"
+#include "server/session/cloth_reset.h"
 #include "server/session/session.h"
 #include "server/session/sliced_command.h"
 
@@ -12,13 +14,17 @@ void Session::SaveStates(ClothList cloths, std::string name,
                          std::function<void(Result<SavedSummary>)> done) {
   const auto held = std::make_shared<const ClothList>(std::move(cloths));
   const auto saved = std::make_shared<SavedStates>();
-  const Status status = RunInSlices(
+  const auto hold = std::make_shared<ClothHold>();
+  const Status status = RunAsOne(
       commons_->scheduler, owner(), held->size(), ClothsPerSlice(*held),
-      [self = shared_from_this(), held, saved](Backend& backend, size_t begin, size_t end) {
+      [self = shared_from_this(), held, hold, saved](Backend& backend, size_t begin, size_t end) {
+        if (begin == 0) DRAPE_RETURN_IF_ERROR(CheckAlive(*held));
+        if (begin == 0 && end < held->size()) hold->Take(*held);
         return SaveOnDevice(backend, std::span(*held).subspan(begin, end - begin),
                             *self->commons_->saved, self->owner(), *saved);
       },
-      [self = shared_from_this(), saved, name, done](Backend&, const Status& outcome) {
+      [self = shared_from_this(), hold, saved, name, done](Backend&, const Status& outcome) {
+        hold->Release();
         Result<SavedSummary> answer = SavedSummary{saved->cloths.size(), saved->bytes};
         if (!outcome.ok()) {
           answer = outcome;
@@ -91,12 +97,19 @@ void Session::LoadStates(const std::string& name, std::span<const ClothId> into,
   for (const LoadPair& pair : loads->pairs) {
     largest = std::max(largest, pair.from->description->model->particle_count());
   }
-  const Status status = RunInSlices(
+  const auto hold = std::make_shared<ClothHold>();
+  const Status status = RunAsOne(
       commons_->scheduler, owner(), loads->pairs.size(), ClothsPerSlice(largest),
-      [loads](Backend& backend, size_t begin, size_t end) {
-        return LoadOnDevice(backend, std::span(loads->pairs).subspan(begin, end - begin));
+      [loads, hold](Backend& backend, size_t begin, size_t end) {
+        const std::span<const LoadPair> pairs(loads->pairs);
+        if (begin == 0) DRAPE_RETURN_IF_ERROR(CheckLoadsNow(pairs));
+        if (begin == 0 && end < pairs.size()) {
+          for (const LoadPair& pair : pairs) hold->Take(*pair.into);
+        }
+        return LoadOnDevice(backend, pairs.subspan(begin, end - begin));
       },
-      [self = shared_from_this(), loads, done](Backend&, const Status& outcome) {
+      [self = shared_from_this(), loads, hold, done](Backend&, const Status& outcome) {
+        hold->Release();
         self->commons_->scheduler.Complete([done, outcome] { done(outcome); });
       });
   if (!status.ok()) done(status);

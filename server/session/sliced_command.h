@@ -27,4 +27,18 @@ Status RunInSlices(Scheduler& scheduler, const std::string& owner, size_t count,
                    std::function<Status(Backend&, size_t begin, size_t end)> slice,
                    std::function<void(Backend&, const Status&)> finish);
 
+// The same, but no other command of the owner comes between two slices: what they find out, or
+// change, of the cloths of a session stays so. Steps come between, except of cloths that are held
+// (ClothRuntime::Hold).
+Status RunAsOne(Scheduler& scheduler, const std::string& owner, size_t count, size_t per_slice,
+                std::function<Status(Backend&, size_t begin, size_t end)> slice,
+                std::function<void(Backend&, const Status&)> finish);
+
+// In a command of the owner, or in `finish` of RunAsOne: goes on with more of it. The whole is done
+// before this returns where it is one slice, or none.
+void ContinueAsOne(Backend& backend, Scheduler& scheduler, const std::string& owner, size_t count,
+                   size_t per_slice,
+                   std::function<Status(Backend&, size_t begin, size_t end)> slice,
+                   std::function<void(Backend&, const Status&)> finish);
+
 }  // namespace drape

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -45,6 +46,26 @@ TEST(ByteBudget, WhoHoldsNothingMayTakeOneThingThatIsLarger) {
   const Status never = budget.Take("c", 1001).status();
   EXPECT_EQ(never.reason(), "TOO_MUCH");
   EXPECT_FALSE(never.retry_after_ms().has_value()) << "waiting would not help";
+}
+
+TEST(ByteBudget, WhoeverComesNextFindsRoom) {
+  ByteBudget budget = Budget(1000, 1200);
+  std::vector<std::shared_ptr<void>> held;
+  const auto take_all = [&](const std::string& owner) {
+    for (;;) {
+      auto taken = budget.Take(owner, 1);
+      if (!taken.ok()) return taken.status();
+      held.push_back(std::move(taken).value());
+    }
+  };
+  EXPECT_EQ(take_all("a").message(),
+            "what one owner leaves free of in_all is 600: 600 bytes are held, 1 more wanted");
+  (void)take_all("b");
+  EXPECT_EQ(budget.used_bytes("b"), 300u);
+  const Status third = take_all("c");
+  EXPECT_EQ(budget.used_bytes("c"), 150u);
+  EXPECT_TRUE(third.retry_after_ms().has_value());
+  EXPECT_TRUE(budget.Take("d", 75).ok());
 }
 
 TEST(ByteBudget, PermitsOutliveTheBudget) {

@@ -4,6 +4,8 @@
 
 #include <memory>
 #include <optional>
+#include <utility>
+#include <vector>
 
 namespace drape {
 namespace {
@@ -53,15 +55,30 @@ TEST(SessionPermits, APermitMayOutliveThem) {
   EXPECT_TRUE(watch.expired());
 }
 
-TEST(SessionPermits, ATenantHasAtMostHalf) {
+TEST(SessionPermits, AnOwnerHasAtMostWhatItLeavesFree) {
   SessionPermits permits("TOO_MANY", {"each", 10}, PermitLimit{"all", 4}, std::nullopt);
   const auto first = permits.Take("a", "greedy"), second = permits.Take("b", "greedy");
   const Status third = permits.Take("c", "greedy").status();
   EXPECT_EQ(third.reason(), "TOO_MANY");
-  EXPECT_EQ(third.message(), "the limit is reached: all of one tenant is 2");
+  EXPECT_EQ(third.message(), "the limit is reached: what one owner leaves free of all is 2");
   auto other = permits.Take("d", "modest");
   EXPECT_TRUE(other.ok());
-  EXPECT_TRUE(permits.Take("e", "modest").ok());
+  EXPECT_FALSE(permits.Take("e", "modest").ok()) << "the last is for whoever comes next";
+  EXPECT_TRUE(permits.Take("f").ok()) << "a session without a tenant is an owner";
+}
+
+TEST(SessionPermits, TwoTenantsDoNotTakeAll) {
+  SessionPermits permits("TOO_MANY", {"each", 100}, PermitLimit{"all", 32}, std::nullopt);
+  std::vector<std::shared_ptr<void>> held;
+  for (const char* const tenant : {"a", "b"}) {
+    for (auto permit = permits.Take("s", tenant); permit.ok(); permit = permits.Take("s", tenant)) {
+      held.push_back(std::move(permit).value());
+    }
+  }
+  EXPECT_EQ(held.size(), 16u + 8u);
+  EXPECT_TRUE(permits.Take("t", "c").ok());
+  held.clear();
+  EXPECT_TRUE(permits.Take("s", "a").ok());
 }
 
 }  // namespace

@@ -116,6 +116,22 @@ TEST_P(StepPieces, HaveTheBitsOfOneStep) {
   backend_.Destroy(neighbour_);
 }
 
+// A sweep of a large cloth may take longer than a batch of others.
+TEST_P(StepPieces, EndWithinASweep) {
+  if (GetParam() == "cpu") GTEST_SKIP() << "all cores share a sweep, which is short";
+  Scene scene = SizedCloth(5000);
+  Stir(scene, 0.2);
+  scene.parameters.settings.substeps = 1;
+  scene.parameters.settings.max_iterations = 1;
+  const ClothHandle whole = CreateCloth(backend_, scene);
+  const ClothHandle pieces = CreateCloth(backend_, scene);
+  StepAlone(backend_, whole, scene);
+  StepInPieces({pieces, scene.pin_targets_m});
+  EXPECT_GT(pauses_, 0);
+  EXPECT_TRUE(ReadBits(backend_, pieces) == ReadBits(backend_, whole));
+  for (const ClothHandle cloth : {whole, pieces, neighbour_}) backend_.Destroy(cloth);
+}
+
 TEST_P(StepPieces, ADroppedStepLeavesNothingBehind) {
   enum class Dropped { kAbandoned, kByStep, kByWrite };
   for (const Scene& scene : Subjects()) {

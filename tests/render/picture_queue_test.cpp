@@ -36,6 +36,25 @@ TEST_F(PictureQueueTest, SessionsTakeTurnsAndEachKeepsItsOrder) {
   EXPECT_THAT(PopAll(), ElementsAre(1, 11, 21, 2, 12, 3));
 }
 
+TEST_F(PictureQueueTest, ATenantHasNoMoreTurnsWithMoreSessions) {
+  const auto push = [&](const std::string& session, const std::string& tenant, uint32_t width_px) {
+    PictureJob job = Job(session, width_px, {});
+    job.tenant = tenant;
+    queue_.Push(std::move(job));
+  };
+  push("a", "greedy", 1);
+  push("a", "greedy", 2);
+  push("b", "greedy", 11);
+  push("c", "greedy", 21);
+  push("d", "modest", 31);
+  push("d", "modest", 32);
+  Push("alone", 41);
+  EXPECT_EQ(queue_.size_of("x", "greedy"), 4u);
+  EXPECT_EQ(queue_.size_of("alone", ""), 1u);
+  EXPECT_EQ(queue_.size_of("d", ""), 0u);
+  EXPECT_THAT(PopAll(), ElementsAre(1, 31, 41, 11, 32, 21, 2));
+}
+
 TEST_F(PictureQueueTest, WhoComesLaterWaitsForOneTurnOfTheOthersAtMost) {
   for (const uint32_t width : {1, 2, 3}) Push("a", width);
   EXPECT_EQ(queue_.Pop().spec.width_px, 1u);

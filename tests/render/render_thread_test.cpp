@@ -140,6 +140,24 @@ TEST_F(RenderThreadTest, TheQueueOfAllIsBounded) {
   EXPECT_TRUE(refusal.retry_after_ms().has_value());
 }
 
+// Of 8 places half for one alone, and half of the rest for the next one.
+TEST_F(RenderThreadTest, TenantsLeaveRoomForOthers) {
+  Start({.max_pictures_in_flight_per_session = 1, .max_queued_pictures = 8});
+  studio_.Hold();
+  Submit("drawn", 1);
+  studio_.WaitForHeldDraw();
+  const auto take_all = [&](const std::string& tenant) {
+    for (size_t k = 0;; ++k) {
+      PictureJob job = Job(tenant + std::to_string(k), 2, Outcome());  // in sessions of its own
+      job.tenant = tenant;
+      if (!thread_->Submit(std::move(job)).ok()) return k;
+    }
+  };
+  EXPECT_EQ(take_all("greedy"), 4u);
+  EXPECT_EQ(take_all("other"), 2u);
+  EXPECT_TRUE(Try("modest").ok());
+}
+
 TEST_F(RenderThreadTest, APictureOfTooManyParticlesIsRefused) {
   Start({.max_particles_per_picture = 100});
   PictureJob job = Job("a", 20, Outcome());
@@ -262,7 +280,7 @@ TEST_F(RenderThreadTest, AContentForALostRendererGoesOnTheThreadThatDeliversIt) 
 }
 
 TEST_F(RenderThreadTest, CancelledPicturesAreNeitherFetchedNorDrawnAndFreeTheirPlaces) {
-  Start({.max_pictures_in_flight_per_session = 2, .max_queued_pictures = 2});
+  Start({.max_pictures_in_flight_per_session = 2, .max_queued_pictures = 3});
   studio_.Hold();
   Submit("drawn", 1);
   studio_.WaitForHeldDraw();
@@ -278,15 +296,16 @@ TEST_F(RenderThreadTest, CancelledPicturesAreNeitherFetchedNorDrawnAndFreeTheirP
     };
     Submit(std::move(job), cancelled[k]);
   }
+  Submit("other", 40);
   EXPECT_FALSE(Try("gone").ok());
-  EXPECT_FALSE(Try("other").ok());
+  EXPECT_FALSE(Try("another").ok());
   is_cancelled = true;
   const Outcome after = Submit("gone", 30);
   for (const Outcome& outcome : cancelled) EXPECT_EQ(outcome.Reason(), "CANCELLED");
   studio_.Release();
   EXPECT_TRUE(after.Get().ok());
   EXPECT_EQ(fetches, 0);
-  EXPECT_THAT(studio_.drawn(), ElementsAre(1, 30));
+  EXPECT_THAT(studio_.drawn(), ElementsAre(1, 40, 30));
 }
 
 TEST_F(RenderThreadTest, StopFinishesWhatIsDrawnAndEndsTheRest) {

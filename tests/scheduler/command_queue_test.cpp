@@ -3,7 +3,10 @@
 #include <gtest/gtest.h>
 
 #include <string>
+#include <utility>
 #include <vector>
+
+#include "tests/scheduler/fake_backend.h"
 
 namespace drape {
 namespace {
@@ -79,6 +82,37 @@ TEST(CommandQueue, ARestOutlastsTheCommands) {
   queue.BeginRound();
   EXPECT_FALSE(queue.Pop(99).has_value());
   EXPECT_TRUE(queue.Pop(100).has_value());
+}
+
+// As commands of one owner, named by the order in which they are popped.
+std::vector<int> Order(CommandQueue& queue, Backend& backend, std::vector<int>& done) {
+  queue.BeginRound();
+  while (const auto entry = queue.Pop(0)) entry->command(backend);
+  return std::exchange(done, {});
+}
+
+TEST(CommandQueue, WhatGoesOnComesBeforeAllOthersOfItsOwner) {
+  CommandQueue queue;
+  FakeBackend backend(std::make_shared<FakeDevice>());
+  std::vector<int> done;
+  const auto command = [&](int number) {
+    return [&, number](Backend&) { done.push_back(number); };
+  };
+  queue.Push("a", [&](Backend&) {
+    done.push_back(1);
+    queue.PushFirst("a", command(4));  // a checkpoint
+    queue.PushNext("a", [&](Backend&) {
+      done.push_back(2);
+      queue.PushNext("a", command(3));
+    });
+    queue.PushFirst("a", command(5));
+  });
+  queue.Push("a", command(6));
+  queue.Push("b", command(7));
+  EXPECT_EQ(Order(queue, backend, done), (std::vector<int>{1, 7}));
+  EXPECT_EQ(Order(queue, backend, done), (std::vector<int>{2}));
+  EXPECT_EQ(Order(queue, backend, done), (std::vector<int>{3, 5, 4, 6}));
+  EXPECT_TRUE(queue.empty());
 }
 
 }  // namespace

@@ -69,6 +69,13 @@ class FakeDevice {
     Locked([&] { on_step_ = std::move(hook); });
   }
 
+  // Runs on the device thread in every Write, and in every Read, with the number of those before.
+  void OnWrite(std::function<void(size_t)> hook) {
+    Locked([&] { on_write_ = std::move(hook); });
+  }
+  void OnRead(std::function<void(size_t)> hook) {
+    Locked([&] { on_read_ = std::move(hook); });
+  }
   // Runs on the device thread for each item of a Step.
   void OnItem(std::function<void(ClothHandle)> hook) {
     Locked([&] { on_item_ = std::move(hook); });
@@ -124,6 +131,8 @@ class FakeDevice {
   bool runs_ahead_ = false;
   std::function<void()> on_step_;
   std::function<void(ClothHandle)> on_item_;
+  std::function<void(size_t)> on_write_;
+  std::function<void(size_t)> on_read_;
   size_t pieces_per_step_ = 1;
   size_t pieces_ = 0;
   std::map<uint32_t, size_t> under_way_;  // pieces done, by slot
@@ -236,6 +245,8 @@ class FakeBackend final : public DeviceBackend {
 
   StateColumns Read(const ReadRequest& request) override {
     CheckThread();
+    const auto hook = device_->Locked([&] { return device_->on_read_; });
+    if (hook) hook(device_->reads().size());
     StateColumns columns;
     if (request.positions) {
       columns.positions_m = Column(request, &ParticleState::positions_m);
@@ -261,6 +272,8 @@ class FakeBackend final : public DeviceBackend {
 
   Status Write(ClothHandle handle, const ClothUpdate& update) override {
     CheckThread();
+    const auto hook = device_->Locked([&] { return device_->on_write_; });
+    if (hook) hook(device_->writes());
     const bool fails = device_->Locked([&] {
       ++device_->writes_;
       if (device_->writes_to_fail_ == 0) return false;

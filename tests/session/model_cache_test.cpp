@@ -63,11 +63,13 @@ TEST(ModelCache, WhatAnOwnerHasIsBounded) {
   ASSERT_TRUE(other.ok());
   EXPECT_EQ(other->model, first->model) << "shared between owners";
   EXPECT_NE(other->charge, first->charge) << "and counted for each";
-  const auto fourth = cache.Share("modest", ChainModel(998));
-  EXPECT_TRUE(fourth.ok());
-  EXPECT_EQ(cache.Share("third", ChainModel(997)).status().reason(), "QUOTA_EXCEEDED") << "in all";
+  EXPECT_EQ(cache.Share("modest", ChainModel(998)).status().reason(), "QUOTA_EXCEEDED")
+      << "the rest is for others";
+  const auto third = cache.Share("third", ChainModel(998));
+  EXPECT_TRUE(third.ok());
+  EXPECT_EQ(cache.Share("fourth", ChainModel(997)).status().reason(), "QUOTA_EXCEEDED") << "in all";
   second = SharedModel{};
-  EXPECT_TRUE(cache.Share("greedy", ChainModel(996)).ok());
+  EXPECT_TRUE(cache.Share("fourth", ChainModel(996)).ok());
 }
 
 TEST(ModelCache, TheSizeOfAModelIsThatOfItsParts) {

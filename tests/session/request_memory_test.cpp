@@ -14,7 +14,7 @@ class RequestMemoryTest : public testing::Test {
   RequestMemory Memory(uint32_t max_ids, size_t max_answer_bytes,
                        std::shared_ptr<ByteBudget> budget = nullptr) {
     const RequestMemoryLimits limits{1'000'000, max_ids, max_answer_bytes};
-    return RequestMemory(limits, clock_, std::move(budget), "owner");
+    return RequestMemory(limits, clock_, std::move(budget), nullptr, "owner");
   }
 
   FakeClock clock_;
@@ -104,7 +104,7 @@ TEST_F(RequestMemoryTest, TheNewestAnswerIsKeptWhateverItsSize) {
 
 TEST_F(RequestMemoryTest, WhatAllSessionsKeepIsBounded) {
   const auto budget = std::make_shared<ByteBudget>("FULL", ByteBudget::Limit{"each", 100'000},
-                                                   ByteBudget::Limit{"all", 2 * 600}, 50);
+                                                   ByteBudget::Limit{"all", 4 * 600}, 50);
   RequestMemory memory = Memory(10, 100'000, budget);
   for (const char* id : {"a", "b", "c"}) {
     EXPECT_TRUE(IsNew(memory, id));
@@ -133,6 +133,36 @@ TEST_F(RequestMemoryTest, IdsAreKeptForTheirTimeAndNoLonger) {
   clock_.AdvanceUs(1);
   EXPECT_TRUE(IsNew(memory, "c"));
   EXPECT_FALSE(IsNew(memory, "b"));
+}
+
+// Of 6 ids of one letter half for one alone, and half of the rest for the next one.
+TEST_F(RequestMemoryTest, OwnersLeaveRoomForTheIdsOfOthers) {
+  constexpr uint64_t kBytesPerId = 323;
+  const auto ids =
+      std::make_shared<ByteBudget>("TOO_MANY_REQUEST_IDS", ByteBudget::Limit{"half", 1'000'000},
+                                   ByteBudget::Limit{"all", 6 * kBytesPerId}, 1000);
+  const RequestMemoryLimits limits{1'000'000, 100, 10'000};
+  const auto memory_of = [&](const std::string& owner) {
+    return std::make_unique<RequestMemory>(limits, clock_, nullptr, ids, owner);
+  };
+  // Of one tenant: more sessions give no more.
+  const auto first = memory_of("greedy"), second = memory_of("greedy");
+  const auto other = memory_of("other"), third = memory_of("third");
+  EXPECT_TRUE(IsNew(*first, "a"));
+  EXPECT_TRUE(IsNew(*second, "a"));
+  EXPECT_TRUE(IsNew(*second, "b"));
+  const Status refused = first->Begin("b", 1).status();
+  EXPECT_EQ(refused.reason(), "TOO_MANY_REQUEST_IDS");
+  EXPECT_TRUE(refused.retry_after_ms().has_value());
+  EXPECT_EQ(first->Begin("a", 1).status().reason(), "REQUEST_IN_PROGRESS") << "it is known";
+  EXPECT_TRUE(IsNew(*other, "a"));
+  EXPECT_FALSE(other->Begin("c", 1).ok() && other->Begin("d", 1).ok());
+  EXPECT_TRUE(IsNew(*third, "a"));
+  for (const char* id : {"a", "b"}) second->Complete(id, 1, 1);
+  clock_.AdvanceUs(1'000'000);
+  second->ForgetOld();
+  EXPECT_EQ(ids->used_bytes("greedy"), kBytesPerId);
+  EXPECT_TRUE(IsNew(*first, "b"));
 }
 
 TEST_F(RequestMemoryTest, RequestsUnderWayAreNeverForgotten) {

@@ -7,6 +7,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <chrono>
 #include <cmath>
 #include <vector>
 
@@ -57,6 +58,10 @@ CuttingProxy::~CuttingProxy() {
 void CuttingProxy::Loop() {
   std::vector<pollfd> ready;
   while (!is_over_) {
+    if (is_unplugged_) {
+      std::this_thread::sleep_for(std::chrono::milliseconds(kPoll_ms));
+      continue;
+    }
     ready.assign(1, {listener_, POLLIN, 0});
     for (const Connection& c : connections_) {
       // One that waits reads nothing: what its client has sent arrives later.

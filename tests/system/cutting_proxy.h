@@ -25,6 +25,8 @@ class CuttingProxy {
   void SetTarget(int port) { target_port_ = port; }
   // Connections that exist are cut after so many bytes more; later ones are not cut.
   void CutOnceAfter(size_t bytes) { cut_once_after_ = bytes; }
+  // From now on nothing is passed on, and nobody is told: as if a cable was unplugged.
+  void Unplug() { is_unplugged_ = true; }
   // Bytes of the connection that was cut last, since CutOnceAfter.
   size_t sent_before_cut() const { return sent_before_cut_; }
   size_t received_before_cut() const { return received_before_cut_; }
@@ -57,6 +59,7 @@ class CuttingProxy {
   int port_ = 0;
   std::list<Connection> connections_;  // of the thread
   std::atomic<bool> is_over_ = false;
+  std::atomic<bool> is_unplugged_ = false;
   std::atomic<int> cuts_ = 0;
   std::atomic<size_t> cut_once_after_ = kNever;
   bool cuts_new_ones_ = true;  // of the thread

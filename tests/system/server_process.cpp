@@ -61,7 +61,9 @@ ScratchDir::~ScratchDir() {
 }
 
 ServerProcess::ServerProcess(std::vector<std::string> flags, const Environment& environment) {
-  std::vector<std::string> words = {ProgramPath("draped").string()};
+  const char* const other_program = std::getenv("DRAPE_TEST_SERVER");
+  std::vector<std::string> words = {other_program != nullptr ? other_program
+                                                             : ProgramPath("draped").string()};
   if (!Mentions(flags, "--listen")) words.push_back("--listen=127.0.0.1:0");
   if (!Mentions(flags, "--port-file")) words.push_back("--port-file=" + (dir_ / "port"));
   if (!Mentions(flags, "--backend")) words.push_back("--backend=cpu");

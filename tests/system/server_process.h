@@ -30,8 +30,8 @@ class ServerProcess {
  public:
   using Environment = std::vector<std::pair<std::string, std::string>>;
 
-  // Starts draped with `flags`; --listen and --port-file are given unless they are among the flags.
-  // Does not wait.
+  // Starts draped, or the program that DRAPE_TEST_SERVER names, with `flags`; --listen and
+  // --port-file are given unless they are among the flags. Does not wait.
   explicit ServerProcess(std::vector<std::string> flags = {}, const Environment& environment = {});
   // Kills the child if it still runs.
   ~ServerProcess();

@@ -64,8 +64,13 @@ struct ConnectOptions {
   // Longest wait until the server answers, > 0.
   double ready_timeout_s = 5;
   // Limit of each single request that is not a stream; 0 = none. Long Steps need long limits. A
-  // server that has vanished is noticed within a minute in any case.
+  // server that has vanished is noticed in any case, see keepalive_s.
   double request_timeout_s = 3600;
+  // While a call is under way, a server that has sent nothing for keepalive_s is asked for a sign
+  // of life, and given up after keepalive_timeout_s more. Servers close connections that ask more
+  // often than every 10 s; gRPC asks every second at most.
+  double keepalive_s = 30;
+  double keepalive_timeout_s = 20;
   // Unset: without TLS, so only for servers of this machine and of private networks.
   std::optional<TlsOptions> tls;
   // The tenant's token, for servers that want one. Give it only together with TLS, or to a server

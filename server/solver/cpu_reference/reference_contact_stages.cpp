@@ -167,10 +167,10 @@ void PredictContacts(StepContext& context) {
   }
 }
 
-bool SolveContacts(StepContext& context) {
+bool SolveContacts(StepContext& context, uint32_t begin, uint32_t end) {
   const size_t collider_count = context.colliders.size();
   bool has_changed = false;
-  for (uint32_t i = 0; i < context.model.particle_count(); ++i) {
+  for (uint32_t i = begin; i < end; ++i) {
     if (context.w[i] == 0) continue;
     for (size_t c = 0; c < collider_count; ++c) {
       if (context.colliders.IsBody(c)) continue;  // SolveBodies

@@ -42,10 +42,10 @@ double DistanceError(const StepContext& context, uint32_t index, double length) 
 
 // The impulse of every constraint, in order of the colours (Bender et al. 2009, section 3.2; the
 // accumulated lambda makes the elongation of compliant constraints independent of the sweeps).
-bool SolveDistance(StepContext& context) {
+bool SolveDistance(StepContext& context, uint32_t begin, uint32_t end) {
   if (!context.plan.Has(StepStage::kSolveDistance)) return false;
   bool has_changed = false;
-  for (uint32_t index = 0; index < context.model.constraint_count(); ++index) {
+  for (uint32_t index = begin; index < end; ++index) {
     has_changed |= SolveConstraint(context, index);
   }
   return has_changed;
@@ -54,10 +54,11 @@ bool SolveDistance(StepContext& context) {
 // Velocity constraints n . (v_j - v_i) = 0 of rigid links, after the advance (Bender et al. 2009,
 // section 3.2; with the direction at the start: RATTLE). Compliant links, ropes and
 // struts have none.
-void SolveDistanceVelocities(StepContext& context) {
+void SolveDistanceVelocities(StepContext& context, uint32_t begin, uint32_t end) {
   const std::vector<Vector3d>& p = context.state.positions_m;
   std::vector<Vector3d>& v = context.state.velocities_m_per_s;
-  for (const auto& [i, j, length, compliance, kind] : context.model.constraints()) {
+  for (const auto& [i, j, length, compliance, kind] :
+       context.model.constraints().subspan(begin, end - begin)) {
     if (compliance > 0 || kind != ConstraintKind::kEqual || context.IsHeld(i, j)) continue;
     const Vector3d n = DirectionOf(p[j] - p[i]);
     const double impulse = -n.dot(v[j] - v[i]) / (context.w[i] + context.w[j]);

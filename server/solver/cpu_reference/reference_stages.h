@@ -34,16 +34,17 @@ void SolveHinges(StepContext& context);
 void DampTwist(StepContext& context);
 void Tether(StepContext& context);
 
-// One sweep each. They return whether an error was larger than the tolerance.
-bool SolveStrips(StepContext& context);
-bool SolveDistance(StepContext& context);
+// One sweep each, over a range of strips, of constraints, of particles where there is one: one
+// after the other they are the whole. They return whether an error was larger than the tolerance.
+bool SolveStrips(StepContext& context, uint32_t begin, uint32_t end);
+bool SolveDistance(StepContext& context, uint32_t begin, uint32_t end);
 bool SolveJoints(StepContext& context);
-bool SolveContacts(StepContext& context);
+bool SolveContacts(StepContext& context, uint32_t begin, uint32_t end);
 void Refine(StepContext& context);
 
 void Integrate(StepContext& context);
 // One sweep each over the velocities that rigid constraints forbid.
-void SolveDistanceVelocities(StepContext& context);
+void SolveDistanceVelocities(StepContext& context, uint32_t begin, uint32_t end);
 void SolveJointVelocities(StepContext& context);
 void CorrectVelocity(StepContext& context);
 

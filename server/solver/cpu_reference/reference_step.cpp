@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "server/solver/cpu_reference/reference_measure.h"
+#include "server/solver/cpu_reference/reference_parts.h"
 #include "server/solver/cpu_reference/reference_self_contacts.h"
 #include "server/solver/cpu_reference/reference_stages.h"
 #include "server/solver/energy_watch.h"
@@ -19,33 +20,40 @@ namespace reference {
 // How far a step is.
 struct Progress {
   // The part of the substep that comes next.
-  enum class Part { kBeforeSweeps, kSweeps, kVelocitySweeps };
+  enum class Part { kBeforeSweeps, kSweeps, kIntegrate, kVelocitySweeps, kAfterSweeps };
 
   // Of one cloth.
   struct OfCloth {
     bool is_sweeping = true;   // in the substep under way
-    bool has_changed = false;  // something in the last sweep
+    bool has_changed = false;  // something in this sweep
     double residual = 0;       // of the last sweeps [m]
     StepReport report{};
   };
 
   uint32_t substep = 0;  // under way
   Part part = Part::kBeforeSweeps;
-  uint32_t sweep = 0;  // of the part
+  uint32_t sweep = 0;                  // of the part
+  bool have_contacts_changed = false;  // in this sweep
+  // Done of the sweep, or of what else may pause within itself (Parts).
+  uint32_t parts_done = 0;
   std::vector<OfCloth> cloths{};
 };
 namespace {
 
 using Eigen::Vector3d;
 
+// What a part takes at most, some milliseconds: of constraints or particles, and of strips.
+constexpr uint32_t kPerPart = 1u << 14;
+constexpr uint32_t kStripsPerPart = 16;
+
 // The forces that act on velocities for some time: each stage from the velocities that the last one
 // left.
 void Kick(const StepContext& context, double duration_s, const std::vector<Vector3d>& positions,
-          std::vector<Vector3d>& velocities) {
+          std::vector<Vector3d>& velocities, Parts& parts) {
   if (duration_s == 0) return;
-  ApplySprings(context, duration_s, positions, velocities);
-  ApplyElastic(context, duration_s, positions, velocities);
-  ApplyWind(context, duration_s, positions, velocities);
+  parts.Do([&] { ApplySprings(context, duration_s, positions, velocities); });
+  parts.Do([&] { ApplyElastic(context, duration_s, positions, velocities); });
+  parts.Do([&] { ApplyWind(context, duration_s, positions, velocities); });
 }
 
 // The same on the predicted velocities u, from the predicted positions b + h u.
@@ -53,7 +61,9 @@ void KickWithin(StepContext& context) {
   if (!context.substep.is_two_step) return;
   std::vector<Vector3d> predicted = context.base;
   for (size_t i = 0; i < predicted.size(); ++i) predicted[i] += context.h * context.u[i];
-  Kick(context, context.substep.kick_within_s, predicted, context.u);
+  const Pause never = Pause::Never();
+  Parts parts(0, never);
+  Kick(context, context.substep.kick_within_s, predicted, context.u, parts);
 }
 
 void AdvanceLengths(StepContext& context) {
@@ -69,42 +79,61 @@ void ResetImpulses(StepContext& context) {
 
 using Part = Progress::Part;
 
-// One sweep over the links and joints. Whether an error was larger than the tolerance.
-bool SweepLinks(StepContext& context, uint32_t sweep) {
-  bool has_changed = SolveStrips(context);
-  if (context.substep.is_last && sweep + 1 == context.max_iterations) Refine(context);
-  has_changed |= SolveDistance(context);
-  return has_changed | SolveJoints(context);
+// One sweep over the links and joints. Notes whether an error was larger than the tolerance.
+void SweepLinks(StepContext& context, uint32_t sweep, Progress::OfCloth& its, Parts& parts) {
+  const auto change = [&its](bool has_changed) { its.has_changed |= has_changed; };
+  parts.Do([&] {
+    ++its.report.iterations;
+    its.has_changed = false;
+  });
+  parts.DoRanges(context.model.strips().strip_count(), kStripsPerPart,
+                 [&](uint32_t begin, uint32_t end) { change(SolveStrips(context, begin, end)); });
+  if (context.substep.is_last && sweep + 1 == context.max_iterations) {
+    parts.Do([&] { Refine(context); });
+  }
+  parts.DoRanges(context.model.constraint_count(), kPerPart,
+                 [&](uint32_t begin, uint32_t end) { change(SolveDistance(context, begin, end)); });
+  parts.Do([&] { change(SolveJoints(context)); });
+}
+
+// One sweep of all cloths. A cloth in which nothing changes any more waits for those of its world,
+// until contacts change something again.
+void Sweep(StepContexts& contexts, ReferenceSelfContacts& self_contacts, Progress& progress,
+           Parts& parts) {
+  for (size_t k = 0; k < contexts.size(); ++k) {
+    Progress::OfCloth& its = progress.cloths[k];
+    if (its.is_sweeping) SweepLinks(contexts[k], progress.sweep, its, parts);
+  }
+  parts.Do([&] { progress.have_contacts_changed = self_contacts.Solve(contexts); });
+  for (size_t k = 0; k < contexts.size(); ++k) {
+    Progress::OfCloth& its = progress.cloths[k];
+    if (!its.is_sweeping) continue;
+    parts.Do([&] { its.has_changed |= SolveBodies(contexts[k]); });
+    parts.Do([&] { its.has_changed |= contexts[k].surface_contacts.Solve(contexts[k]); });
+    parts.DoRanges(contexts[k].model.particle_count(), kPerPart, [&](uint32_t begin, uint32_t end) {
+      its.has_changed |= SolveContacts(contexts[k], begin, end);
+    });
+  }
 }
 
 // Sweeps until none of them changes anything, at most max_iterations, and some more after hard
-// hits. A cloth in which none does waits for those of its world, until contacts change something
-// again. False: paused.
+// hits. False: paused.
 bool Solve(StepContexts& contexts, ReferenceSelfContacts& self_contacts, Progress& progress,
            const Pause& pause) {
-  const auto sweeps = [&] { return self_contacts.SweepsAfterHits(contexts); };
-  while (progress.sweep < sweeps()) {
-    for (size_t k = 0; k < contexts.size(); ++k) {
-      Progress::OfCloth& its = progress.cloths[k];
-      if (!its.is_sweeping) continue;
-      ++its.report.iterations;
-      its.has_changed = SweepLinks(contexts[k], progress.sweep);
-    }
-    const bool have_contacts_changed = self_contacts.Solve(contexts);
+  // A sweep that has begun is ended, whatever has hit meanwhile.
+  while (progress.parts_done > 0 || progress.sweep < self_contacts.SweepsAfterHits(contexts)) {
+    const bool is_done = DoParts(
+        progress, pause, [&](Parts& parts) { Sweep(contexts, self_contacts, progress, parts); });
+    if (!is_done) return false;
     bool is_over = true;
     for (size_t k = 0; k < contexts.size(); ++k) {
       Progress::OfCloth& its = progress.cloths[k];
-      if (its.is_sweeping) {
-        its.has_changed |= SolveBodies(contexts[k]);
-        its.has_changed |= contexts[k].surface_contacts.Solve(contexts[k]);
-        its.has_changed |= SolveContacts(contexts[k]);
-      }
-      its.is_sweeping = contexts[k].plan.tolerance == 0 || have_contacts_changed ||
+      its.is_sweeping = contexts[k].plan.tolerance == 0 || progress.have_contacts_changed ||
                         (its.is_sweeping && its.has_changed);
       is_over &= !its.is_sweeping;
     }
     if (is_over) return true;
-    if (++progress.sweep < sweeps() && pause.IsDue()) return false;
+    ++progress.sweep;
   }
   for (size_t k = 0; k < contexts.size(); ++k) {
     Progress::OfCloth& its = progress.cloths[k];
@@ -119,66 +148,86 @@ bool SolveVelocity(StepContexts& contexts, Progress& progress, const Pause& paus
   for (const StepContext& context : contexts) {
     sweeps = std::max(sweeps, context.plan.solver.velocity_iterations);
   }
-  while (progress.sweep < sweeps) {
-    for (StepContext& context : contexts) {
-      if (progress.sweep >= context.plan.solver.velocity_iterations) continue;
-      SolveDistanceVelocities(context);
-      SolveJointVelocities(context);
-    }
-    if (++progress.sweep < sweeps && pause.IsDue()) return false;
+  for (; progress.sweep < sweeps; ++progress.sweep) {
+    const bool is_done = DoParts(progress, pause, [&](Parts& parts) {
+      for (StepContext& context : contexts) {
+        if (progress.sweep >= context.plan.solver.velocity_iterations) continue;
+        parts.DoRanges(
+            context.model.constraint_count(), kPerPart,
+            [&](uint32_t begin, uint32_t end) { SolveDistanceVelocities(context, begin, end); });
+        parts.Do([&] { SolveJointVelocities(context); });
+      }
+    });
+    if (!is_done) return false;
   }
   return true;
 }
 
-void BeforeSweeps(StepContext& context) {
+void BeforeSweeps(StepContext& context, Parts& parts) {
   Kick(context, context.substep.kick_before_s, context.state.positions_m,
-       context.state.velocities_m_per_s);
-  PredictContacts(context);
-  context.surface_contacts.Find(context);
-  PredictBodies(context);
-  AccelerateBySprings(context);
-  Predict(context);
-  KickWithin(context);
-  AdvanceLengths(context);
-  SolveElastic(context);
-  SolveHinges(context);
-  DampTwist(context);
-  Tether(context);
+       context.state.velocities_m_per_s, parts);
+  parts.Do([&] { PredictContacts(context); });
+  parts.Do([&] { context.surface_contacts.Find(context); });
+  parts.Do([&] { PredictBodies(context); });
+  parts.Do([&] { AccelerateBySprings(context); });
+  parts.Do([&] { Predict(context); });
+  parts.Do([&] { KickWithin(context); });
+  parts.Do([&] { AdvanceLengths(context); });
+  parts.Do([&] { SolveElastic(context); });
+  parts.Do([&] { SolveHinges(context); });
+  parts.Do([&] { DampTwist(context); });
+  parts.Do([&] { Tether(context); });
 }
 
 // One substep, or what is left of it. False: paused.
 bool Advance(StepContexts& contexts, ReferenceSelfContacts& self_contacts, Progress& progress,
              const Pause& pause) {
   if (progress.part == Part::kBeforeSweeps) {
-    for (StepContext& context : contexts) BeforeSweeps(context);
-    self_contacts.Find(contexts);
-    for (StepContext& context : contexts) ResetImpulses(context);
+    const bool is_done = DoParts(progress, pause, [&](Parts& parts) {
+      for (StepContext& context : contexts) BeforeSweeps(context, parts);
+      parts.Do([&] { self_contacts.Find(contexts); });
+      for (StepContext& context : contexts) parts.Do([&] { ResetImpulses(context); });
+    });
+    if (!is_done) return false;
     for (Progress::OfCloth& its : progress.cloths) its.is_sweeping = true;
     progress.part = Part::kSweeps;
     progress.sweep = 0;
   }
   if (progress.part == Part::kSweeps) {
     if (!Solve(contexts, self_contacts, progress, pause)) return false;
-    for (size_t k = 0; k < contexts.size(); ++k) {
-      progress.cloths[k].residual = Residual(contexts[k]);
-      Integrate(contexts[k]);
-      IntegrateBodies(contexts[k]);
-    }
-    self_contacts.Guard(contexts);
-    for (StepContext& context : contexts) context.surface_contacts.Advance(context);
+    progress.part = Part::kIntegrate;
+  }
+  if (progress.part == Part::kIntegrate) {
+    const bool is_done = DoParts(progress, pause, [&](Parts& parts) {
+      for (size_t k = 0; k < contexts.size(); ++k) {
+        parts.Do([&] { progress.cloths[k].residual = Residual(contexts[k]); });
+        parts.Do([&] { Integrate(contexts[k]); });
+        parts.Do([&] { IntegrateBodies(contexts[k]); });
+      }
+      parts.Do([&] { self_contacts.Guard(contexts); });
+      for (StepContext& context : contexts) {
+        parts.Do([&] { context.surface_contacts.Advance(context); });
+      }
+    });
+    if (!is_done) return false;
     progress.part = Part::kVelocitySweeps;
     progress.sweep = 0;
   }
-  if (!SolveVelocity(contexts, progress, pause)) return false;
-  for (StepContext& context : contexts) {
-    CorrectBodies(context);
-    context.surface_contacts.Correct(context);
-    CorrectVelocity(context);
-    Kick(context, context.substep.kick_after_s, context.state.positions_m,
-         context.state.velocities_m_per_s);
+  if (progress.part == Part::kVelocitySweeps) {
+    if (!SolveVelocity(contexts, progress, pause)) return false;
+    progress.part = Part::kAfterSweeps;
   }
-  progress.part = Part::kBeforeSweeps;
-  return true;
+  const bool is_done = DoParts(progress, pause, [&](Parts& parts) {
+    for (StepContext& context : contexts) {
+      parts.Do([&] { CorrectBodies(context); });
+      parts.Do([&] { context.surface_contacts.Correct(context); });
+      parts.Do([&] { CorrectVelocity(context); });
+      Kick(context, context.substep.kick_after_s, context.state.positions_m,
+           context.state.velocities_m_per_s, parts);
+    }
+  });
+  if (is_done) progress.part = Part::kBeforeSweeps;
+  return is_done;
 }
 
 void BeginSubstep(StepContext& context, uint32_t index) {
@@ -198,11 +247,11 @@ bool DoSubsteps(StepContexts& contexts, ReferenceSelfContacts& self_contacts, Pr
                 const Pause& pause) {
   const uint32_t substeps = contexts[0].plan.schedule.size();
   while (progress.substep < substeps) {
-    if (progress.part == Part::kBeforeSweeps) {
+    if (progress.part == Part::kBeforeSweeps && progress.parts_done == 0) {
       for (StepContext& context : contexts) BeginSubstep(context, progress.substep);
     }
     if (!Advance(contexts, self_contacts, progress, pause)) return false;
-    if (++progress.substep < substeps && pause.IsDue()) return false;
+    ++progress.substep;
   }
   // At the end of the step a pin is where it was asked to be, to the bit.
   for (StepContext& context : contexts) {

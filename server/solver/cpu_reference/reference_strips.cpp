@@ -124,10 +124,10 @@ bool SolveStrip(StepContext& context, uint32_t strip) {
 
 // All strips, phase by phase: the impulses that remove the errors of each strip's constraints
 // together.
-bool SolveStrips(StepContext& context) {
+bool SolveStrips(StepContext& context, uint32_t begin, uint32_t end) {
   if (!context.plan.Has(StepStage::kSolveStrips)) return false;
   bool has_changed = false;
-  for (uint32_t strip = 0; strip < context.model.strips().strip_count(); ++strip) {
+  for (uint32_t strip = begin; strip < end; ++strip) {
     if (SolveStrip(context, strip)) has_changed = true;
   }
   return has_changed;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "server/solver/gl_compute/dispatch_pauses.h"
 #include "server/solver/gl_compute/largest_sizes.h"
 #include "server/solver/self_contact/self_contacts.h"
 #include "shaders/interface/bindings.h"
@@ -18,65 +19,84 @@ uint32_t GroupsFor(uint32_t invocations, uint32_t local_size) {
 class TiledStep {
  public:
   TiledStep(const StepKernels& kernels, uint32_t first_item, std::span<const GlCloth* const> cloths,
-            gl::Buffer& dispatches)
+            gl::Buffer& dispatches, TiledProgress& progress, const Pause& pause)
       : kernels_(kernels),
         first_item_(first_item),
         item_count_(static_cast<uint32_t>(cloths.size())),
         largest_(FindLargest(cloths)),
         phase_count_(CountIf(StepStage::kSolveStrips, largest_.phases)),
         colour_count_(CountIf(StepStage::kSolveDistance, largest_.colours)),
-        dispatches_(dispatches) {}
+        dispatches_(dispatches),
+        progress_(progress),
+        pauses_(progress, pause) {}
 
   // All that is left of the step, or until the pause. Returns whether it is complete.
-  bool Run(TiledProgress& progress, const Pause& pause) {
-    if (Has(Feature::kTolerance)) UploadDispatchArgs(progress.dispatches);
-    if (!progress.has_begun) {
-      DispatchParticles(*kernels_.tiled_begin, 0);
-      FindReach();
-      progress.has_begun = true;
-    }
-    while (progress.substep < largest_.substeps.size()) {
-      if (!Advance(progress, pause)) return KeepDispatchArgs(progress);
-      progress.part = Part::kBeforeSweeps;
-      if (++progress.substep < largest_.substeps.size() && IsDue(pause)) {
-        return KeepDispatchArgs(progress);
-      }
-    }
-    if (Has(Feature::kEnergyWatch)) DispatchElements(*kernels_.tiled_watch_energy, 0, 1);
-    DispatchParticles(*kernels_.tiled_check, 0);
-    DispatchParticles(*kernels_.tiled_commit, 0);
-    return true;
+  bool Run() {
+    if (Has(Feature::kTolerance)) UploadDispatchArgs(progress_.dispatches);
+    const bool is_complete = DoAll();
+    if (!is_complete) KeepDispatchArgs();
+    return is_complete;
   }
   uint32_t dispatch_count() const { return dispatch_count_; }
 
  private:
   using Part = TiledProgress::Part;
 
-  // Whether to pause, once the device has done what it was given.
-  static bool IsDue(const Pause& pause) {
-    if (pause.is_never()) return false;
-    glFinish();
-    return pause.IsDue();
+  // False: paused.
+  bool DoAll() {
+    if (!progress_.has_begun) {
+      const bool has_begun = pauses_.DoSection([&] {
+        DispatchParticles(*kernels_.tiled_begin, 0);
+        FindReach();
+      });
+      if (!has_begun) return false;
+      progress_.has_begun = true;
+    }
+    for (; progress_.substep < largest_.substeps.size(); ++progress_.substep) {
+      if (!Advance()) return false;
+      progress_.part = Part::kBeforeSweeps;
+    }
+    return pauses_.DoSection([&] {
+      if (Has(Feature::kEnergyWatch)) DispatchElements(*kernels_.tiled_watch_energy, 0, 1);
+      DispatchParticles(*kernels_.tiled_check, 0);
+      DispatchParticles(*kernels_.tiled_commit, 0);
+    });
   }
 
   // One substep, or what is left of it. False: paused.
-  bool Advance(TiledProgress& progress, const Pause& pause) {
-    const uint32_t substep = progress.substep;
-    if (progress.part == Part::kBeforeSweeps) {
-      BeforeSweeps(substep);
-      progress.part = Part::kSweeps;
-      progress.sweep = 0;
+  bool Advance() {
+    const uint32_t substep = progress_.substep;
+    if (progress_.part == Part::kBeforeSweeps) {
+      if (!pauses_.DoSection([&] { BeforeSweeps(substep); })) return false;
+      progress_.part = Part::kSweeps;
+      progress_.sweep = 0;
     }
-    if (progress.part == Part::kSweeps) {
-      if (!Solve(substep, progress.sweep, pause)) return false;
-      if (!IsIntegratedByNext(substep)) Integrate(substep);
-      progress.part = Part::kVelocitySweeps;
-      progress.sweep = 0;
+    if (progress_.part == Part::kSweeps) {
+      for (; progress_.sweep < MostSweeps(); ++progress_.sweep) {
+        if (!pauses_.DoSection([&] { Sweep(substep, progress_.sweep); })) return false;
+      }
+      progress_.part = Part::kIntegrate;
     }
-    if (!SolveVelocity(substep, progress.sweep, pause)) return false;
-    PlacePins(substep);
-    if (largest_.substeps[substep].kicks_after) Kick(substep, DRAPE_KICK_AFTER);
-    return true;
+    if (progress_.part == Part::kIntegrate) {
+      const bool integrates = !IsIntegratedByNext(substep);
+      if (integrates && !pauses_.DoSection([&] { Integrate(substep); })) return false;
+      progress_.part = Part::kVelocitySweeps;
+      progress_.sweep = 0;
+    }
+    if (progress_.part == Part::kVelocitySweeps) {
+      const uint32_t sweeps = Has(StepStage::kSolveVelocity) ? largest_.velocity_iterations : 0;
+      for (; progress_.sweep < sweeps; ++progress_.sweep) {
+        if (!pauses_.DoSection([&] { SweepVelocities(substep, progress_.sweep); })) return false;
+      }
+      progress_.part = Part::kAfterSweeps;
+    }
+    return pauses_.DoSection([&] { AfterSweeps(substep); });
+  }
+
+  void EndDispatch() {
+    DeviceBarrier();
+    ++dispatch_count_;
+    pauses_.EndDispatch();
   }
 
   // Whether nothing comes between its sweeps and the next prediction but integrate and
@@ -107,14 +127,16 @@ class TiledStep {
     SolveHinges(substep);
     if (work.damps_twist) DampTwist(substep);
     Tether(substep);
+    if (!Has(Feature::kTolerance)) return;
+    PrepareSweepControl(*kernels_.tiled_begin_sweeps, substep, 0);
+    Dispatch(1, 1);
   }
 
-  // For the next piece. Returns false: the step is not complete.
-  bool KeepDispatchArgs(TiledProgress& progress) const {
-    if (!Has(Feature::kTolerance)) return false;
-    progress.dispatches.resize((end_sweep_index() + 1) * sizeof(shader::DispatchArgs));
-    dispatches_.Download(0, progress.dispatches);
-    return false;
+  // For the next piece.
+  void KeepDispatchArgs() const {
+    if (!Has(Feature::kTolerance)) return;
+    progress_.dispatches.resize((end_sweep_index() + 1) * sizeof(shader::DispatchArgs));
+    dispatches_.Download(0, progress_.dispatches);
   }
 
   bool Has(KernelTrait trait) const { return kernels_.variant.Has(trait); }
@@ -175,15 +197,15 @@ class TiledStep {
   }
 
   void Dispatch(uint32_t group_count_x, uint32_t group_count_y) {
+    if (!pauses_.MayDispatch()) return;
     glDispatchCompute(group_count_x, group_count_y, 1);
-    DeviceBarrier();
-    ++dispatch_count_;
+    EndDispatch();
   }
 
   void DispatchIndirect(uint32_t index) {
+    if (!pauses_.MayDispatch()) return;
     glDispatchComputeIndirect(static_cast<GLintptr>(index * sizeof(shader::DispatchArgs)));
-    DeviceBarrier();
-    ++dispatch_count_;
+    EndDispatch();
   }
 
   void DispatchElements(const gl::Program& kernel, uint32_t substep, uint32_t elements) {
@@ -284,25 +306,6 @@ class TiledStep {
     kernel.SetUniform(DRAPE_UNIFORM_SWEEP, sweep);
   }
 
-  // False: paused.
-  bool Solve(uint32_t substep, uint32_t& sweep, const Pause& pause) {
-    const bool has_tolerance = Has(Feature::kTolerance);
-    if (has_tolerance && sweep == 0) {
-      PrepareSweepControl(*kernels_.tiled_begin_sweeps, substep, 0);
-      Dispatch(1, 1);
-    }
-    const uint32_t sweeps = MostSweeps();
-    while (sweep < sweeps) {
-      Sweep(substep, sweep);
-      if (has_tolerance) {
-        PrepareSweepControl(*kernels_.tiled_end_sweep, substep, sweep);
-        DispatchIndirect(end_sweep_index());
-      }
-      if (++sweep < sweeps && IsDue(pause)) return false;
-    }
-    return true;
-  }
-
   // Those after hard hits, which the kernels of other cloths leave out.
   uint32_t MostSweeps() const {
     return largest_.max_iterations +
@@ -316,6 +319,9 @@ class TiledStep {
     SolveJoints(substep, sweep);
     SolveSelfContacts(substep, sweep);
     SolveContacts(substep, sweep);
+    if (!Has(Feature::kTolerance)) return;
+    PrepareSweepControl(*kernels_.tiled_end_sweep, substep, sweep);
+    DispatchIndirect(end_sweep_index());
   }
 
   void SolveStrips(uint32_t substep, uint32_t sweep) {
@@ -404,16 +410,17 @@ class TiledStep {
     }
   }
 
-  // False: paused.
-  bool SolveVelocity(uint32_t substep, uint32_t& sweep, const Pause& pause) {
-    if (!Has(StepStage::kSolveVelocity) && !Has(StepStage::kGuardSelfContacts)) return true;
-    while (Has(StepStage::kSolveVelocity) && sweep < largest_.velocity_iterations) {
-      SweepVelocities(substep, sweep, 0, largest_.colours);
-      SweepVelocities(substep, sweep, 1, largest_.joint_colours);
-      if (++sweep < largest_.velocity_iterations && IsDue(pause)) return false;
+  void AfterSweeps(uint32_t substep) {
+    if (Has(StepStage::kSolveVelocity) || Has(StepStage::kGuardSelfContacts)) {
+      DispatchParticles(*kernels_.tiled_correct_velocity, substep);
     }
-    DispatchParticles(*kernels_.tiled_correct_velocity, substep);
-    return true;
+    PlacePins(substep);
+    if (largest_.substeps[substep].kicks_after) Kick(substep, DRAPE_KICK_AFTER);
+  }
+
+  void SweepVelocities(uint32_t substep, uint32_t sweep) {
+    SweepVelocities(substep, sweep, 0, largest_.colours);
+    SweepVelocities(substep, sweep, 1, largest_.joint_colours);
   }
 
   void SweepVelocities(uint32_t substep, uint32_t sweep, uint32_t is_of_joints,
@@ -440,6 +447,8 @@ class TiledStep {
   const uint32_t colour_count_;  // colours that are solved
   gl::Buffer& dispatches_;
   uint32_t dispatch_count_ = 0;
+  TiledProgress& progress_;
+  DispatchPauses pauses_;
 };
 
 }  // namespace
@@ -459,10 +468,11 @@ uint32_t StepTiled(const VariantGroup& group, const DispatchLimits& limits,
   const std::span<const GlCloth* const> cloths(group.cloths);
   for (size_t first = 0; first < cloths.size(); first += limits.group_count_y) {
     const size_t count = std::min<size_t>(cloths.size() - first, limits.group_count_y);
-    TiledStep step(*group.kernels, group.first_item + static_cast<uint32_t>(first),
-                   cloths.subspan(first, count), dispatches);
     TiledProgress progress;
-    step.Run(progress, Pause::Never());
+    const Pause never = Pause::Never();
+    TiledStep step(*group.kernels, group.first_item + static_cast<uint32_t>(first),
+                   cloths.subspan(first, count), dispatches, progress, never);
+    step.Run();
     dispatch_count += step.dispatch_count();
   }
   return dispatch_count;
@@ -471,8 +481,8 @@ uint32_t StepTiled(const VariantGroup& group, const DispatchLimits& limits,
 bool ContinueTiled(const VariantGroup& cloth, gl::Buffer& dispatches, TiledProgress& progress,
                    const Pause& pause, uint32_t& dispatch_count) {
   cloth.BindScratch();
-  TiledStep step(*cloth.kernels, cloth.first_item, cloth.cloths, dispatches);
-  const bool is_complete = step.Run(progress, pause);
+  TiledStep step(*cloth.kernels, cloth.first_item, cloth.cloths, dispatches, progress, pause);
+  const bool is_complete = step.Run();
   dispatch_count += step.dispatch_count();
   return is_complete;
 }

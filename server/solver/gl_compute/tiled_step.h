@@ -22,12 +22,16 @@ uint32_t StepTiled(const VariantGroup& group, const DispatchLimits& limits, gl::
 // status.
 struct TiledProgress {
   // The part of the substep that comes next.
-  enum class Part { kBeforeSweeps, kSweeps, kVelocitySweeps };
+  enum class Part { kBeforeSweeps, kSweeps, kIntegrate, kVelocitySweeps, kAfterSweeps };
 
   bool has_begun = false;
   uint32_t substep = 0;  // under way
   Part part = Part::kBeforeSweeps;
-  uint32_t sweep = 0;  // of the part
+  uint32_t sweep = 0;            // of the part
+  uint32_t dispatches_done = 0;  // of the sweep, or of a part without sweeps
+  // After how many dispatches the device is waited for, to know whether the pause is due: enough
+  // that the wait counts little, and few enough to be in time.
+  uint32_t dispatches_per_look = 1;
   // Arguments of the indirect dispatches, which the device changes, while it pauses.
   std::vector<std::byte> dispatches;
 };

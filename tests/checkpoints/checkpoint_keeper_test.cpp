@@ -1,0 +1,124 @@
+// Checkpoints that meet changes of more cloths than one command takes.
+#include "server/checkpoints/checkpoint_keeper.h"
+
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <future>
+#include <memory>
+#include <set>
+#include <string>
+#include <thread>
+#include <utility>
+
+#include "server/session/sliced_command.h"
+#include "tests/session/session_fixture.h"
+
+namespace drape {
+namespace {
+
+using Eigen::Vector3d;
+
+// Two slices and a part.
+constexpr size_t kCloths = 2 * kSliceCloths + 100;
+
+class CheckpointKeeperTest : public SessionFixture {
+ protected:
+  CheckpointKeeperTest() {
+    Start();
+    cloths_ = Find(Create(Chains(kCloths, 2)).value().ids);
+    folder_ = std::filesystem::path(testing::TempDir()) / ("keeper." + std::to_string(getpid()));
+    std::filesystem::remove_all(folder_);
+    keeper_ = Keeper(*registry_);
+    EXPECT_TRUE(keeper_->Start().ok());
+    name_ = session().name();
+  }
+  ~CheckpointKeeperTest() override {
+    keeper_ = nullptr;
+    std::filesystem::remove_all(folder_);
+  }
+
+  // That never writes by itself.
+  std::unique_ptr<CheckpointKeeper> Keeper(SessionRegistry& registry) {
+    return std::make_unique<CheckpointKeeper>(CheckpointOptions{folder_.string(), 1e6}, registry,
+                                              *scheduler_, api::RequestLimits{}, "1", "run");
+  }
+
+  // A checkpoint that is asked for now, on the device thread, before this returns.
+  void BeginCheckpoint() {
+    const uint32_t before = scheduler_->counters().queued_commands;
+    written_ = std::async(std::launch::async, [this] { return keeper_->WriteRound(); });
+    while (scheduler_->counters().queued_commands == before) std::this_thread::yield();
+  }
+
+  // The gravities along z that a server finds which begins with the files.
+  std::set<double> Recovered() {
+    EXPECT_TRUE(written_.get().ok());
+    keeper_ = nullptr;
+    SessionRegistry registry(*scheduler_, {}, clock_, "server8");
+    const auto keeper = Keeper(registry);
+    EXPECT_TRUE(keeper->Start().ok());
+    const SessionLease session = registry.Find(name_).value();
+    std::set<double> found;
+    const ClothList cloths = session->FindCloths({}).value();
+    EXPECT_EQ(cloths.size(), kCloths);
+    for (const auto& cloth : cloths) {
+      found.insert(cloth->description()->parameters.gravity_m_per_s2.z());
+    }
+    return found;
+  }
+
+  ClothList cloths_;
+  std::filesystem::path folder_;
+  std::unique_ptr<CheckpointKeeper> keeper_;
+  std::future<Status> written_;
+  std::string name_;
+};
+
+ClothChange Gravity(double z) {
+  ClothChange change;
+  change.gravity_m_per_s2 = Vector3d(0, 0, z);
+  return change;
+}
+
+TEST_F(CheckpointKeeperTest, HoldsNoHalfOfAnUpdateThatIsUnderWay) {
+  const size_t begin = device_->writes();
+  device_->OnWrite([this, begin](size_t nth) {
+    if (nth == begin + kSliceCloths + 1) BeginCheckpoint();  // in the second slice
+  });
+  EXPECT_TRUE(Update(cloths_, Gravity(-1)).ok());
+  EXPECT_EQ(Recovered(), std::set<double>{-1});
+}
+
+TEST_F(CheckpointKeeperTest, NoUpdateComesBetweenItsSlices) {
+  Awaited<Result<UpdatedCloths>> updated;
+  bool has_begun = false;
+  device_->OnRead([&, this](size_t) {
+    if (std::exchange(has_begun, true)) return;  // in the first slice
+    updated = BeginUpdate(cloths_, Gravity(-1));
+  });
+  written_ = std::async(std::launch::async, [this] { return keeper_->WriteRound(); });
+  EXPECT_TRUE(written_.valid());
+  const std::set<double> found = Recovered();
+  EXPECT_EQ(found, std::set<double>{0});
+  EXPECT_TRUE(updated.Get().ok());
+}
+
+TEST_F(CheckpointKeeperTest, ComesBeforeTheCommandsThatWait) {
+  size_t done = 0, done_before = 100;
+  scheduler_->HoldForTest();
+  for (int k = 0; k < 10; ++k) {
+    ASSERT_TRUE(scheduler_->Post(session().owner(), [&](Backend&) { ++done; }).ok());
+  }
+  device_->OnRead([&](size_t) { done_before = std::min(done, done_before); });
+  BeginCheckpoint();
+  scheduler_->ReleaseForTest();
+  EXPECT_EQ(Recovered(), std::set<double>{0});
+  EXPECT_EQ(done_before, 0u);
+  EXPECT_EQ(done, 10u);
+}
+
+}  // namespace
+}  // namespace drape
