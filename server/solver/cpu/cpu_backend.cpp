@@ -85,7 +85,7 @@ class CpuBackend final : public Backend {
     cloth.model = models_.Get(model);
     cloth.parameters = parameters;
     SetScheme(cloth);
-    SetContactSurface(cloth);
+    SetSurfaces(cloth, surfaces_, parts_);
     cloth.state = ToFloat(state, cloth.model->particle_count);
     for (const uint32_t pin : cloth.model->pins) {
       cloth.pin_targets.push_back(cloth.state.positions[pin]);
@@ -179,7 +179,7 @@ class CpuBackend final : public Backend {
     if (update.collider_motions) changed.parameters.collider_motions = *update.collider_motions;
     if (update.model || update.parameters || update.rest_lengths_m) {
       SetScheme(changed);
-      SetContactSurface(changed);
+      SetSurfaces(changed, surfaces_, parts_);
     }
     changed.may_cross_itself = update.may_cross_itself;
     cloth = std::move(changed);
@@ -193,15 +193,6 @@ class CpuBackend final : public Backend {
     return std::chrono::duration_cast<std::chrono::microseconds>(std::chrono::steady_clock::now() -
                                                                  start)
         .count();
-  }
-
-  void SetContactSurface(Cloth& cloth) {
-    cloth.surface_parts = cloth.scheme->controls.plan.solver.has_surface_contacts
-                              ? parts_.Get(cloth.model->source)
-                              : nullptr;
-    cloth.contact_surface.reset();
-    if (!cloth.scheme->controls.touches_itself) return;
-    cloth.contact_surface = surfaces_.Get(cloth.model->source);
   }
 
   // "16 lanes (AVX3)", "no lanes"

@@ -96,6 +96,13 @@ void SetScheme(Cloth& cloth) {
       std::make_shared<const Scheme>(*cloth.model, cloth.parameters, cloth.own_lengths.has_value());
 }
 
+void SetSurfaces(Cloth& cloth, ContactSurfaceCache& surfaces, SurfacePartsCache& parts) {
+  const FloatControls& controls = cloth.scheme->controls;
+  const bool has_parts = controls.plan.solver.has_surface_contacts;
+  cloth.surface_parts = has_parts ? parts.Get(cloth.model->source) : nullptr;
+  cloth.contact_surface = controls.touches_itself ? surfaces.Get(cloth.model->source) : nullptr;
+}
+
 void EndSelfContacts(Cloth& cloth, const StepReport& report, const StepScratch& scratch) {
   cloth.may_cross_itself = report.warnings.starts_crossing || scratch.self_contacts_failed;
   cloth.was_apart = cloth.contact_surface != nullptr && FoundNoContacts(scratch);

@@ -69,6 +69,8 @@ void Append(const std::vector<Vec4>& values, uint32_t particle_count,
 
 // Sets its scheme. Another object each time.
 void SetScheme(Cloth& cloth);
+// After its scheme: what of it touches itself, and colliders.
+void SetSurfaces(Cloth& cloth, ContactSurfaceCache& surfaces, SurfacePartsCache& parts);
 
 // Empty: none.
 std::optional<OwnLengths> ToOwnLengths(std::span<const double> rest_lengths_m,

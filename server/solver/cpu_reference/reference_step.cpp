@@ -205,7 +205,7 @@ bool Advance(StepContexts& contexts, ReferenceSelfContacts& self_contacts, Progr
         parts.Do([&] { IntegrateBodies(contexts[k]); });
       }
       parts.Do([&] { self_contacts.Guard(contexts); });
-      for (auto& its : contexts) parts.Do([&] { its.surface_contacts.Advance(its); });
+      for (StepContext& its : contexts) parts.Do([&] { its.surface_contacts.Advance(its); });
     });
     if (!is_done) return false;
     progress.part = Part::kVelocitySweeps;

@@ -1,0 +1,40 @@
+// The numbers of surface contacts, each with its meaning and the harm of a change.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+
+namespace drape::surface_contact {
+
+// A dip of an edge between its ends of less than this share of a typical edge does not count [-].
+// Larger: edges sink in by that much; smaller: edges of fine cloth on large balls cost time, and in
+// single precision rounding makes dips.
+inline constexpr double kLeastDip = 1e-4;
+// A plane is used for this time [s], unless particles have moved farther than this share of a
+// typical edge since [-]. Longer: what slides over a ball or an edge leaves it by what the planes
+// turn meanwhile; shorter: time.
+inline constexpr double kPlaneAge_s = 1.0 / 800;
+inline constexpr double kPlaneTravel = 0.02;
+// Within a substep no particle is expected to go farther than this many times the way of the
+// fastest one in the last substep, and what gravity adds [-]. Larger: more is looked at; smaller:
+// what is thrown is found a substep late.
+inline constexpr double kWayMargin = 2;
+// A search allows for this many times the way of the fastest particle in free fall until the end of
+// the step [-], and for this share of a typical edge [-]. Larger: more candidates; smaller: more
+// searches.
+inline constexpr double kReach = 2;
+inline constexpr double kReachMargin = 0.05;
+// Without candidates it is looked every so many substeps how far particles have come.
+inline constexpr uint32_t kLookEvery = 4;
+// Edges are expected to be no longer than this many times their length at rest [-].
+inline constexpr double kMostStretch = 1.5;
+// Candidates of one collider for each particle of the cloth [-]: the edges and triangles of a mesh
+// are 5; a set of links may have more. More are left out. Larger: memory.
+inline constexpr size_t kMostCandidates = 16;
+// What has sunk in is pushed out at most this fast [m/s]: slower than particles are
+// (kMaxDepenetrationSpeed_m_per_s), for at the corners of a box it changes at once which triangle
+// has sunk in and by how much. Larger: cloth around corners trembles; smaller: what was thrown in
+// stays there for longer.
+inline constexpr double kRecovery_m_per_s = 0.1;
+
+}  // namespace drape::surface_contact
