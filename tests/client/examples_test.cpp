@@ -44,6 +44,7 @@ const ExampleCase kExamples[] = {
     {"hanging_edge", 1, 1024, 1984 - 31, 0.2},
     {"sphere_drop", 2, 1024, 1984, 0.5},
     {"box_and_capsule", 1, 1024, 1984, 0.5},
+    {"coarse_tablecloth", 1, 144, 2 * 12 * 11, 0.5},
     {"moving_colliders", 2, 625, 1200, 0.6},
     {"cylinders", 2, 1681, 2 * 41 * 40, 0.3},
     {"hammock", 1, 1025, 41 * 24 + 40 * 25, 0.3},

@@ -118,7 +118,6 @@ TEST_P(StepPieces, HaveTheBitsOfOneStep) {
 
 // A sweep of a large cloth may take longer than a batch of others.
 TEST_P(StepPieces, EndWithinASweep) {
-  if (GetParam() == "cpu") GTEST_SKIP() << "all cores share a sweep, which is short";
   Scene scene = SizedCloth(5000);
   Stir(scene, 0.2);
   scene.parameters.settings.substeps = 1;
@@ -127,7 +126,10 @@ TEST_P(StepPieces, EndWithinASweep) {
   const ClothHandle pieces = CreateCloth(backend_, scene);
   StepAlone(backend_, whole, scene);
   StepInPieces({pieces, scene.pin_targets_m});
-  EXPECT_GT(pauses_, 0);
+  // On the cpu all cores share a sweep, which is short.
+  if (GetParam() != "cpu") {
+    EXPECT_GT(pauses_, 0);
+  }
   EXPECT_TRUE(ReadBits(backend_, pieces) == ReadBits(backend_, whole));
   for (const ClothHandle cloth : {whole, pieces, neighbour_}) backend_.Destroy(cloth);
 }
