@@ -1,7 +1,6 @@
 // The numbers of surface contacts, each with its meaning and the harm of a change.
 #pragma once
 
-#include <cstddef>
 #include <cstdint>
 
 namespace drape::surface_contact {
@@ -28,9 +27,6 @@ inline constexpr double kReachMargin = 0.05;
 inline constexpr uint32_t kLookEvery = 4;
 // Edges are expected to be no longer than this many times their length at rest [-].
 inline constexpr double kMostStretch = 1.5;
-// Candidates of one collider for each particle of the cloth [-]: the edges and triangles of a mesh
-// are 5; a set of links may have more. More are left out. Larger: memory.
-inline constexpr size_t kMostCandidates = 16;
 // What has sunk in is pushed out at most this fast [m/s]: slower than particles are
 // (kMaxDepenetrationSpeed_m_per_s), for at the corners of a box it changes at once which triangle
 // has sunk in and by how much. Larger: cloth around corners trembles; smaller: what was thrown in

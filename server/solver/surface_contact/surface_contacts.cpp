@@ -159,7 +159,6 @@ void SurfaceContacts<V>::Add(SolidState& solid, std::span<const uint32_t> partic
     inverse_mass += numbers_.inverse_masses[particles[k]];
   }
   if (inverse_mass == 0) return;
-  if (solid.candidates.size() >= kMostCandidates * numbers_.inverse_masses.size()) return;
   solid.candidates.push_back(contact);
   solid.wake_travels.push_back(bound);
   solid.wake_substeps.push_back(kNever);
