@@ -301,8 +301,9 @@ TEST_P(SurfaceContact, EnergyDoesNotGrow) {
   }
 }
 
-// Damped, it comes to rest, but for twice what rest_test allows where particles alone touch: a
-// sheet on a rim keeps slipping here and there, each time by what its planes turn.
+// Damped, it comes to rest within the bar of rest_test, 0.05 mm per frame^2. On `reference` a sheet
+// on a ball or a rim does not yet: it keeps slipping here and there, each time by what its planes
+// turn, up to twice as far (surface_contact/README.md).
 TEST_P(SurfaceContact, ComesToRest) {
   std::mt19937 random(11);
   for (const NamedCollider& below : CollidersBelow(random)) {
@@ -329,7 +330,9 @@ TEST_P(SurfaceContact, ComesToRest) {
     std::printf("[ MEASURED ] rest on a %s on %s: %.4f mm, %.4f mm deep\n", below.name.c_str(),
                 backend_name().c_str(), 1e3 * tremble,
                 1e3 * DepthOf(scene, ReadState(backend(), cloth)));
-    EXPECT_LE(tremble, 1e-4) << below.name;
+    const bool is_known =
+        backend_name() == "reference" && (below.name == "ball" || below.name == "rim");
+    EXPECT_LE(tremble, is_known ? 1e-4 : 5e-5) << below.name;
   }
 }
 
