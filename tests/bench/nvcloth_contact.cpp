@@ -3,13 +3,6 @@
 // nvcloth_contact.py, no part of the CMake build. Usage: nvcloth_contact SCENE SIDE ITERATIONS
 // DISTANCE_M POSITIONS; DISTANCE_M 0: without self-collision. Writes the positions after each frame
 // as float[particles][3], and prints the milliseconds of each frame.
-#include <NvCloth/Callbacks.h>
-#include <NvCloth/Cloth.h>
-#include <NvCloth/Fabric.h>
-#include <NvCloth/Factory.h>
-#include <NvCloth/Solver.h>
-#include <NvClothExt/ClothFabricCooker.h>
-#include <foundation/PxErrorCallback.h>
 #include <time.h>
 
 #include <cmath>
@@ -19,34 +12,13 @@
 #include <string>
 #include <vector>
 
+#include "nvcloth_host.h"
+
 namespace {
 
-using physx::PxVec3;
-using physx::PxVec4;
+using namespace nvcloth_host;
 
-constexpr double kFrame_s = 1.0 / 60;
 constexpr float kFriction = 0.3f;
-
-struct Allocator final : physx::PxAllocatorCallback {
-  void* allocate(size_t size, const char*, const char*, int) override {
-    return std::aligned_alloc(64, (size + 63) / 64 * 64);
-  }
-  void deallocate(void* memory) override { std::free(memory); }
-};
-
-struct Errors final : physx::PxErrorCallback {
-  void reportError(physx::PxErrorCode::Enum, const char* message, const char*, int) override {
-    std::fprintf(stderr, "NvCloth: %s\n", message);
-    std::exit(1);
-  }
-};
-
-struct Asserts final : nv::cloth::PxAssertHandler {
-  void operator()(const char* condition, const char*, int, bool&) override {
-    std::fprintf(stderr, "NvCloth: assertion %s\n", condition);
-    std::exit(1);
-  }
-};
 
 struct Scene {
   double turn_rad = 0;  // about x
@@ -83,25 +55,6 @@ std::vector<PxVec4> Particles(const Scene& scene, uint32_t side) {
   return particles;
 }
 
-nv::cloth::Fabric* Cook(nv::cloth::Factory* factory, const std::vector<PxVec4>& particles,
-                        uint32_t side) {
-  std::vector<uint32_t> quads;
-  for (uint32_t a = 0; a + side < particles.size(); ++a) {
-    if (a % side + 1 < side) quads.insert(quads.end(), {a, a + 1, a + 1 + side, a + side});
-  }
-  nv::cloth::ClothMeshDesc mesh;
-  mesh.points.data = particles.data();
-  mesh.points.stride = sizeof(PxVec4);
-  mesh.points.count = static_cast<uint32_t>(particles.size());
-  mesh.invMasses.data = &particles[0].w;
-  mesh.invMasses.stride = sizeof(PxVec4);
-  mesh.invMasses.count = static_cast<uint32_t>(particles.size());
-  mesh.quads.data = quads.data();
-  mesh.quads.stride = 4 * sizeof(uint32_t);
-  mesh.quads.count = static_cast<uint32_t>(quads.size() / 4);
-  return NvClothCookFabricFromMesh(factory, mesh, PxVec3(0, 0, 1), nullptr, true);
-}
-
 template <class T>
 nv::cloth::Range<const T> RangeOf(const std::vector<T>& values) {
   return {values.data(), values.data() + values.size()};
@@ -110,22 +63,9 @@ nv::cloth::Range<const T> RangeOf(const std::vector<T>& values) {
 nv::cloth::Cloth* MakeCloth(nv::cloth::Factory* factory, nv::cloth::Fabric& fabric,
                             const std::vector<PxVec4>& particles, const Scene& scene,
                             int iterations, float distance_m) {
-  nv::cloth::Cloth* cloth = factory->createCloth(RangeOf(particles), fabric);
-  std::vector<nv::cloth::PhaseConfig> phases;
-  for (uint32_t phase = 0; phase < fabric.getNumPhases(); ++phase) {
-    phases.emplace_back(static_cast<uint16_t>(phase));
-  }
-  cloth->setPhaseConfig({phases.data(), phases.data() + phases.size()});
+  nv::cloth::Cloth* cloth = nvcloth_host::MakeCloth(factory, fabric, particles, iterations);
   cloth->setGravity(PxVec3(0, -9.81f, 0));
-  cloth->setDamping(PxVec3(0.0f));
-  cloth->setLinearDrag(PxVec3(0.0f));
-  cloth->setAngularDrag(PxVec3(0.0f));
-  cloth->setDragCoefficient(0);
-  cloth->setLiftCoefficient(0);
   cloth->setFriction(kFriction);
-  cloth->setSolverFrequency(static_cast<float>(iterations / kFrame_s));
-  // Full stiffness within a frame, as in nvcloth_sheets.cpp.
-  cloth->setStiffnessFrequency(static_cast<float>(1 / kFrame_s));
   if (scene.has_floor) {
     cloth->setPlanes(RangeOf(std::vector<PxVec4>{PxVec4(0, 1, 0, 0)}), 0, 0);
     cloth->setConvexes(RangeOf(std::vector<uint32_t>{1}), 0, 0);
@@ -159,11 +99,7 @@ int main(int argc, char** argv) {
     std::fprintf(stderr, "Usage: nvcloth_contact SCENE SIDE ITERATIONS DISTANCE_M POSITIONS\n");
     return 2;
   }
-  static Allocator allocator;
-  static Errors errors;
-  static Asserts asserts;
-  nv::cloth::InitializeNvCloth(&allocator, &errors, &asserts, nullptr);
-  nv::cloth::Factory* factory = NvClothCreateFactoryCPU();
+  nv::cloth::Factory* factory = MakeFactory();
   const Scene scene = SceneOf(argv[1]);
   const auto side = static_cast<uint32_t>(std::atoi(argv[2]));
   const std::vector<PxVec4> particles = Particles(scene, side);
@@ -182,11 +118,7 @@ int main(int argc, char** argv) {
       cloth->setSpheres(nv::cloth::Range<const PxVec4>(), 0, cloth->getNumSpheres());
     }
     const double start_ms = ThreadTime_ms();
-    solver->beginSimulation(static_cast<float>(kFrame_s));
-    for (int chunk = 0; chunk < solver->getSimulationChunkCount(); ++chunk) {
-      solver->simulateChunk(chunk);
-    }
-    solver->endSimulation();
+    Simulate(*solver);
     std::printf("%.6g\n", ThreadTime_ms() - start_ms);
     Write(*cloth, file);
   }

@@ -1,13 +1,6 @@
 // The hanging sheets of the curve with NvCloth; built and run by nvcloth.py, no part of the CMake
 // build. Usage: nvcloth_sheets CLOTHS SECONDS ROW..., a row being an iteration count behind t
 // (tethers) or n (none).
-#include <NvCloth/Callbacks.h>
-#include <NvCloth/Cloth.h>
-#include <NvCloth/Fabric.h>
-#include <NvCloth/Factory.h>
-#include <NvCloth/Solver.h>
-#include <NvClothExt/ClothFabricCooker.h>
-#include <foundation/PxErrorCallback.h>
 
 #include <algorithm>
 #include <chrono>
@@ -18,37 +11,15 @@
 #include <string>
 #include <vector>
 
+#include "nvcloth_host.h"
+
 namespace {
 
-using physx::PxVec3;
-using physx::PxVec4;
+using namespace nvcloth_host;
 
 constexpr uint32_t kSide = 32;
 constexpr float kEdge_m = 1.0f / (kSide - 1);
 constexpr int kWindowFrames = 60;
-constexpr double kFrame_s = 1.0 / 60;
-
-// The callbacks that NvCloth needs from its host.
-struct Allocator final : physx::PxAllocatorCallback {
-  void* allocate(size_t size, const char*, const char*, int) override {
-    return std::aligned_alloc(64, (size + 63) / 64 * 64);
-  }
-  void deallocate(void* memory) override { std::free(memory); }
-};
-
-struct Errors final : physx::PxErrorCallback {
-  void reportError(physx::PxErrorCode::Enum, const char* message, const char*, int) override {
-    std::fprintf(stderr, "NvCloth: %s\n", message);
-    std::exit(1);
-  }
-};
-
-struct Asserts final : nv::cloth::PxAssertHandler {
-  void operator()(const char* condition, const char*, int, bool&) override {
-    std::fprintf(stderr, "NvCloth: assertion %s\n", condition);
-    std::exit(1);
-  }
-};
 
 struct Row {
   bool has_tethers;
@@ -67,49 +38,15 @@ std::vector<PxVec4> Particles() {
   return particles;
 }
 
-// Quads, from which the cooker makes rows, columns, both diagonals, bending over two edges and, as
-// particles are held, geodesic tethers. `gravity` only says which edges are vertical.
-nv::cloth::Fabric* Cook(nv::cloth::Factory* factory, const std::vector<PxVec4>& particles) {
-  std::vector<uint32_t> quads;
-  for (uint32_t a = 0; a + kSide < particles.size(); ++a) {
-    if (a % kSide + 1 < kSide) quads.insert(quads.end(), {a, a + 1, a + 1 + kSide, a + kSide});
-  }
-  nv::cloth::ClothMeshDesc mesh;
-  mesh.points.data = particles.data();
-  mesh.points.stride = sizeof(PxVec4);
-  mesh.points.count = static_cast<uint32_t>(particles.size());
-  mesh.invMasses.data = &particles[0].w;
-  mesh.invMasses.stride = sizeof(PxVec4);
-  mesh.invMasses.count = static_cast<uint32_t>(particles.size());
-  mesh.quads.data = quads.data();
-  mesh.quads.stride = 4 * sizeof(uint32_t);
-  mesh.quads.count = static_cast<uint32_t>(quads.size() / 4);
-  return NvClothCookFabricFromMesh(factory, mesh, PxVec3(0, 0, 1), nullptr, true);
-}
-
 // Cloth k of `count`, under the gravity of MakeBatch (timing.cpp); one alone: straight down.
 nv::cloth::Cloth* MakeCloth(nv::cloth::Factory* factory, nv::cloth::Fabric& fabric,
                             const std::vector<PxVec4>& particles, Row row, int k, int count) {
-  nv::cloth::Cloth* cloth =
-      factory->createCloth({particles.data(), particles.data() + particles.size()}, fabric);
-  std::vector<nv::cloth::PhaseConfig> phases;
-  for (uint32_t phase = 0; phase < fabric.getNumPhases(); ++phase) {
-    phases.emplace_back(static_cast<uint16_t>(phase));
-  }
-  cloth->setPhaseConfig({phases.data(), phases.data() + phases.size()});
+  nv::cloth::Cloth* cloth = nvcloth_host::MakeCloth(factory, fabric, particles, row.iterations);
   const double turn = std::numbers::pi * (3 - std::sqrt(5.0)) * k;
   const double tilt = count == 1 ? 0 : 10 * std::numbers::pi / 180 * std::sqrt((k + 0.5) / count);
   cloth->setGravity(9.81f * PxVec3(static_cast<float>(std::sin(tilt) * std::cos(turn)),
                                    static_cast<float>(-std::cos(tilt)),
                                    static_cast<float>(std::sin(tilt) * std::sin(turn))));
-  cloth->setDamping(PxVec3(0.0f));
-  cloth->setLinearDrag(PxVec3(0.0f));
-  cloth->setAngularDrag(PxVec3(0.0f));
-  cloth->setDragCoefficient(0);
-  cloth->setLiftCoefficient(0);
-  cloth->setSolverFrequency(static_cast<float>(row.iterations / kFrame_s));
-  // Full stiffness within a frame: with the library's 10 Hz, sheets without tethers stretch more.
-  cloth->setStiffnessFrequency(static_cast<float>(1 / kFrame_s));
   cloth->setTetherConstraintScale(1);
   cloth->setTetherConstraintStiffness(row.has_tethers ? 1 : 0);
   return cloth;
@@ -141,7 +78,7 @@ struct Strains {
 // second.
 void Play(nv::cloth::Factory* factory, Row row, int count, int frames) {
   const std::vector<PxVec4> particles = Particles();
-  nv::cloth::Fabric* fabric = Cook(factory, particles);
+  nv::cloth::Fabric* fabric = Cook(factory, particles, kSide);
   nv::cloth::Solver* solver = factory->createSolver();
   std::vector<nv::cloth::Cloth*> cloths;
   for (int k = 0; k < count; ++k) {
@@ -152,11 +89,7 @@ void Play(nv::cloth::Factory* factory, Row row, int count, int frames) {
   double took_us = 0;
   for (int frame = 1; frame <= frames; ++frame) {
     const auto start = std::chrono::steady_clock::now();
-    solver->beginSimulation(static_cast<float>(kFrame_s));
-    for (int chunk = 0; chunk < solver->getSimulationChunkCount(); ++chunk) {
-      solver->simulateChunk(chunk);
-    }
-    solver->endSimulation();
+    Simulate(*solver);
     const auto end = std::chrono::steady_clock::now();
     took_us += std::chrono::duration<double, std::micro>(end - start).count();
     if (frame <= frames - kWindowFrames) continue;
@@ -181,11 +114,7 @@ int main(int argc, char** argv) {
     std::fprintf(stderr, "Usage: nvcloth_sheets CLOTHS SECONDS ROW... (t5 n20 ...)\n");
     return 2;
   }
-  static Allocator allocator;
-  static Errors errors;
-  static Asserts asserts;
-  nv::cloth::InitializeNvCloth(&allocator, &errors, &asserts, nullptr);
-  nv::cloth::Factory* factory = NvClothCreateFactoryCPU();
+  nv::cloth::Factory* factory = MakeFactory();
   const int count = std::atoi(argv[1]);
   const int frames = static_cast<int>(std::lround(std::atof(argv[2]) / kFrame_s));
   for (int k = 3; k < argc; ++k) {
