@@ -386,16 +386,4 @@ double ContactSurface::RestDistance_m(PairKind kind,
   return self_contact::Length(self_contact::Closest(kind, p).difference);
 }
 
-std::shared_ptr<const ContactSurface> ContactSurfaceCache::Get(
-    const std::shared_ptr<const SceneModel>& model) {
-  std::erase_if(entries_, [](const auto& entry) { return entry.second.model.expired(); });
-  Entry& entry = entries_[model.get()];
-  std::shared_ptr<const ContactSurface> surface = entry.surface.lock();
-  if (surface == nullptr) {
-    surface = std::make_shared<const ContactSurface>(*model);
-    entry = {model, surface};
-  }
-  return surface;
-}
-
 }  // namespace drape

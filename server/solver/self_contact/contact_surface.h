@@ -4,12 +4,11 @@
 #include <algorithm>
 #include <array>
 #include <cstdint>
-#include <memory>
 #include <optional>
 #include <span>
-#include <unordered_map>
 #include <vector>
 
+#include "server/scene/made_per_model.h"
 #include "server/scene/scene_model.h"
 #include "server/solver/self_contact/closest_points.h"
 #include "server/solver/self_contact/flat_sheet.h"
@@ -181,17 +180,6 @@ struct Thicknesses {
   }
 };
 
-// One ContactSurface per model, for as long as somebody uses it. One thread.
-class ContactSurfaceCache {
- public:
-  std::shared_ptr<const ContactSurface> Get(const std::shared_ptr<const SceneModel>& model);
-
- private:
-  struct Entry {
-    std::weak_ptr<const SceneModel> model;
-    std::weak_ptr<const ContactSurface> surface;
-  };
-  std::unordered_map<const SceneModel*, Entry> entries_;
-};
+using ContactSurfaceCache = MadePerModel<ContactSurface>;
 
 }  // namespace drape

@@ -27,16 +27,4 @@ SurfaceParts::SurfaceParts(const SceneModel& model) {
   }
 }
 
-std::shared_ptr<const SurfaceParts> SurfacePartsCache::Get(
-    const std::shared_ptr<const SceneModel>& model) {
-  std::erase_if(entries_, [](const auto& entry) { return entry.second.model.expired(); });
-  Entry& entry = entries_[model.get()];
-  std::shared_ptr<const SurfaceParts> parts = entry.parts.lock();
-  if (parts == nullptr) {
-    parts = std::make_shared<const SurfaceParts>(*model);
-    entry = {model, parts};
-  }
-  return parts;
-}
-
 }  // namespace drape

@@ -3,11 +3,10 @@
 
 #include <array>
 #include <cstdint>
-#include <memory>
 #include <span>
-#include <unordered_map>
 #include <vector>
 
+#include "server/scene/made_per_model.h"
 #include "server/scene/scene_model.h"
 
 namespace drape {
@@ -30,17 +29,6 @@ class SurfaceParts {
   double longest_m_ = 0;
 };
 
-// One SurfaceParts per model, for as long as somebody uses it. One thread.
-class SurfacePartsCache {
- public:
-  std::shared_ptr<const SurfaceParts> Get(const std::shared_ptr<const SceneModel>& model);
-
- private:
-  struct Entry {
-    std::weak_ptr<const SceneModel> model;
-    std::weak_ptr<const SurfaceParts> parts;
-  };
-  std::unordered_map<const SceneModel*, Entry> entries_;
-};
+using SurfacePartsCache = MadePerModel<SurfaceParts>;
 
 }  // namespace drape
