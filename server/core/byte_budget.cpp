@@ -68,8 +68,9 @@ Status ByteBudget::Refusal(const Limit& limit, uint64_t used, uint64_t wanted) c
                 limit.name + " is " + std::to_string(limit.bytes) + ": " + std::to_string(used) +
                     " bytes are held, " + std::to_string(wanted) + " more wanted");
   // Waiting does not help where it is too much by itself.
-  if (wanted <= std::min(per_owner_.bytes, in_all_.bytes) || wanted <= limit.bytes)
+  if (wanted <= std::min(per_owner_.bytes, in_all_.bytes) || wanted <= limit.bytes) {
     status.RetryAfterMs(retry_after_ms_);
+  }
   return status;
 }
 
