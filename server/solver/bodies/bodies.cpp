@@ -51,7 +51,14 @@ Bodies::Bodies(std::span<const Collider> colliders, std::span<const RigidMotion>
     bodies_.push_back({c, RadiusOf(colliders[c], mass.centre_m) + numbers.thickness_m,
                        bodies::ParticleContacts(particle_count, round_off)});
   }
-  points_.emplace_back(placed_);
+  const auto is_ball = [](const bodies::PlacedCollider& placed) {
+    return !placed.body || placed.collider->kind() == ShapeKind::kSphere;
+  };
+  if (std::ranges::all_of(placed_, is_ball)) {
+    points_.emplace_back(placed_);
+  } else {
+    patches_.emplace_back(placed_);
+  }
 }
 
 const Vector3d& Bodies::CentreAtStart(size_t k) const {
@@ -74,6 +81,7 @@ void Bodies::Begin(double begin_s, double seconds) {
   }
   for (Body& body : bodies_) body.contacts.Begin();
   for (bodies::PointContacts& points : points_) points.Begin(placed_, numbers_, seconds);
+  for (bodies::PatchContacts& patches : patches_) patches.Begin(seconds);
 }
 
 void Bodies::Predict(size_t k, uint32_t particle, const Vector3d& p, const Vector3d& v) {
@@ -90,6 +98,9 @@ double Bodies::SolveColliders() {
   double change = 0;
   for (bodies::PointContacts& points : points_) {
     change = std::max(change, points.Solve(placed_, numbers_));
+  }
+  for (bodies::PatchContacts& patches : patches_) {
+    change = std::max(change, patches.Solve(placed_, numbers_));
   }
   return change;
 }
@@ -109,6 +120,7 @@ void Bodies::Correct(size_t k, const bodies::Particle& particle, const Vector3d&
 
 void Bodies::CorrectColliders() {
   for (bodies::PointContacts& points : points_) points.Correct(placed_, numbers_);
+  for (bodies::PatchContacts& patches : patches_) patches.Correct(placed_, numbers_);
 }
 
 std::shared_ptr<const std::vector<BodyState>> Bodies::States() const {
@@ -135,11 +147,13 @@ void Bodies::AddImpulses(std::vector<ColliderImpulse>& given) const {
     given[c].angular_impulse_n_m_s += impulse.angular_impulse_n_m_s;
   };
   for (const Body& body : bodies_) add(body.collider, body.contacts.given());
-  for (const bodies::PointContacts& points : points_) {
-    for (size_t c = 0; c < points.given().size(); ++c) {
-      if (!placed_[c].body) add(c, points.given()[c]);
+  const auto add_all = [&](const std::vector<ColliderImpulse>& its) {
+    for (size_t c = 0; c < its.size(); ++c) {
+      if (!placed_[c].body) add(c, its[c]);
     }
-  }
+  };
+  for (const bodies::PointContacts& points : points_) add_all(points.given());
+  for (const bodies::PatchContacts& patches : patches_) add_all(patches.given());
 }
 
 }  // namespace drape

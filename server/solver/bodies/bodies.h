@@ -11,6 +11,7 @@
 
 #include "server/solver/bodies/body_numbers.h"
 #include "server/solver/bodies/particle_contacts.h"
+#include "server/solver/bodies/patch_contacts.h"
 #include "server/solver/bodies/placed_collider.h"
 #include "server/solver/bodies/point_contacts.h"
 #include "server/solver/step_report.h"
@@ -76,7 +77,9 @@ class Bodies {
   std::vector<bodies::PlacedCollider> placed_;  // [collider_count]
   std::vector<Body> bodies_;
   BodyNumbers numbers_;
-  std::vector<bodies::PointContacts> points_;  // one, or none without bodies
+  // One of both, or none without bodies: balls touch everything in one point.
+  std::vector<bodies::PointContacts> points_;
+  std::vector<bodies::PatchContacts> patches_;
   double seconds_ = 0;
 };
 

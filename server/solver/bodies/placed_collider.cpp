@@ -33,9 +33,9 @@ double PlacedCollider::MobilityAlong(const Vector3d& n, const Vector3d& arm_m) c
   return body ? body->MobilityAlong(n, arm_m) : 0;
 }
 
-void PlacedCollider::Push(const Vector3d& impulse, const Vector3d& arm_m) {
+void PlacedCollider::Change(const Vector3d& impulse, const Vector3d& moment) {
   if (!body) return;
-  body->Push(impulse, arm_m);
+  body->Change(impulse, moment);
   end = is_under_way_ ? body->AtEnd() : body->motion();
 }
 

@@ -30,16 +30,29 @@ struct PlacedCollider {
     return (end.PlaceOf(start.DescribedAt(place)) - place) / seconds;
   }
 
-  // What follows is 0, or does nothing, where it is no body.
+  // What pushes or changes does nothing, and the mobility is 0, where it is no body.
   double MobilityAlong(const Eigen::Vector3d& n, const Eigen::Vector3d& arm_m) const;
   // While the substep lasts it moves the end of the way too.
-  void Push(const Eigen::Vector3d& impulse, const Eigen::Vector3d& arm_m);
+  void Push(const Eigen::Vector3d& impulse, const Eigen::Vector3d& arm_m) {
+    Change(impulse, arm_m.cross(impulse));
+  }
+  void Change(const Eigen::Vector3d& impulse, const Eigen::Vector3d& moment);
+  // Of its point at `arm_m` from the centre, with the velocities of the moment [m/s].
+  Eigen::Vector3d VelocityAt(const Eigen::Vector3d& arm_m) const {
+    if (body) return body->VelocityAt(arm_m);
+    return end.velocity_m_per_s + end.angular_velocity_rad_per_s.cross(arm_m);
+  }
 
  private:
   SurfaceDistance SurfaceAt(const RigidMotion& pose, const Eigen::Vector3d& q) const;
 
   bool is_under_way_ = false;
 };
+
+// Of gravity on the one relative to the other: kinematic colliders do not fall.
+inline double FallOf(const PlacedCollider& solid, const PlacedCollider& other) {
+  return (solid.body ? 1 : 0) - (other.body ? 1 : 0);
+}
 
 inline Eigen::Vector3d Tangential(const Eigen::Vector3d& v, const Eigen::Vector3d& n) {
   return v - v.dot(n) * n;

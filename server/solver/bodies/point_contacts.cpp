@@ -19,11 +19,7 @@ bool IsRound(const Collider& collider) {
 template <class Touch>
 Vector3d RelativeVelocity(const PlacedCollider& solid, const PlacedCollider& other,
                           const Touch& touch) {
-  const auto velocity = [](const PlacedCollider& placed, const Vector3d& arm) -> Vector3d {
-    if (placed.body) return placed.body->VelocityAt(arm);
-    return placed.end.velocity_m_per_s + placed.end.angular_velocity_rad_per_s.cross(arm);
-  };
-  return velocity(solid, touch.arm_of_solid) - velocity(other, touch.arm_of_other);
+  return solid.VelocityAt(touch.arm_of_solid) - other.VelocityAt(touch.arm_of_other);
 }
 
 template <class Touch>
@@ -39,11 +35,6 @@ Vector3d Stopping(const PlacedCollider& solid, const PlacedCollider& other, cons
   const double speed = sliding.norm();
   if (speed == 0) return Vector3d::Zero();
   return -sliding / MobilityAlong(solid, other, touch, sliding / speed);
-}
-
-// Of gravity on the one relative to the other: kinematic colliders do not fall.
-double FallOf(const PlacedCollider& solid, const PlacedCollider& other) {
-  return (solid.body ? 1 : 0) - (other.body ? 1 : 0);
 }
 
 }  // namespace

@@ -58,8 +58,12 @@ void RigidBody::End() {
 }
 
 void RigidBody::Push(const Vector3d& impulse, const Vector3d& arm_m) {
+  Change(impulse, arm_m.cross(impulse));
+}
+
+void RigidBody::Change(const Vector3d& impulse, const Vector3d& moment) {
   motion_.velocity_m_per_s += impulse / mass_kg_;
-  angular_momentum_ += arm_m.cross(impulse);
+  angular_momentum_ += moment;
   motion_.angular_velocity_rad_per_s = inverse_inertia_ * angular_momentum_;
 }
 

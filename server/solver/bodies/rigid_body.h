@@ -24,6 +24,8 @@ class RigidBody {
 
   // An impulse [N s] at `arm_m` from the centre.
   void Push(const Eigen::Vector3d& impulse, const Eigen::Vector3d& arm_m);
+  // Impulses that add up to these; the moment about the centre [N m s].
+  void Change(const Eigen::Vector3d& impulse, const Eigen::Vector3d& moment);
   // Velocity along the unit vector n, of the point at `arm_m`, per impulse along n there [1/kg].
   double MobilityAlong(const Eigen::Vector3d& n, const Eigen::Vector3d& arm_m) const;
   // Of the point at `arm_m` [m/s].
@@ -38,6 +40,12 @@ class RigidBody {
   RigidMotion AtEnd() const { return motion_.After(seconds_); }
   const Eigen::Vector3d& angular_momentum() const { return angular_momentum_; }  // [N m s]
   double mass_kg() const { return mass_kg_; }
+  // World axes; of the middle of the substep between Begin and End, else of the moment.
+  const Eigen::Matrix3d& inverse_inertia() const { return inverse_inertia_; }
+  // With the angular momentum L it would have this energy of rotation in another pose [J].
+  double SpinEnergyAt(const Eigen::Quaterniond& rotation, const Eigen::Vector3d& momentum) const {
+    return momentum.dot(InverseInertiaAt(rotation) * momentum) / 2;
+  }
 
  private:
   Eigen::Matrix3d InverseInertiaAt(const Eigen::Quaterniond& rotation) const;

@@ -1,0 +1,249 @@
+#include "server/solver/bodies/contact_problem.h"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <cmath>
+
+namespace drape::bodies {
+namespace {
+
+using Eigen::Matrix3d;
+using Eigen::MatrixXd;
+using Eigen::Vector3d;
+using Eigen::VectorXd;
+
+// Softness of a contact in one minimisation, relative to its mobility [-]. What it leaves is taken
+// into the next one, so the result does not depend on it. Larger: more of them; smaller: the
+// systems lose digits.
+constexpr double kSoftness = 1e-6;
+// Most minimisations; and the relative change of the motion below which they end [-]. The error
+// left is smaller by kSoftness over the share that the least mobile motion has of a contact's
+// mobility.
+constexpr int kMostMinimisations = 40;
+constexpr double kAgreement = 1e-9;
+// Most steps of one, and how often a step is halved [-]. Each step is exact while no contact opens,
+// closes, sticks or slides.
+constexpr int kMostSteps = 40;
+constexpr int kMostHalvings = 12;
+// A contact slides where its velocity is more than this share of the largest one without impulses
+// [-]. Smaller: what rounding leaves looks like sliding; larger: what slides slowly sticks.
+constexpr double kSliding = 1e-6;
+// The largest mobility of a contact along a direction is at most this many times the mean [-].
+constexpr double kMostOfMobility = 3;
+
+struct Cone {
+  Vector3d nearest;
+  Matrix3d slope;
+};
+
+// The nearest point of the cone |t| <= mu n, and how it follows z.
+Cone Project(const Vector3d& z, const Vector3d& n, double friction, bool with_slope) {
+  const double along = z.dot(n);
+  const Vector3d across = z - along * n;
+  const double size = across.norm();
+  Cone cone{Vector3d::Zero(), Matrix3d::Zero()};
+  if (friction * size <= -along) return cone;
+  if (size <= friction * along) {
+    cone.nearest = z;
+    if (with_slope) cone.slope.setIdentity();
+    return cone;
+  }
+  const Vector3d t = across / size;
+  const double share = 1 / (1 + friction * friction);
+  const Vector3d edge = n + friction * t;
+  const double normal = share * (along + friction * size);
+  cone.nearest = normal * edge;
+  if (with_slope) {
+    cone.slope = share * edge * edge.transpose();
+    const Matrix3d beside = Matrix3d::Identity() - n * n.transpose() - t * t.transpose();
+    cone.slope += friction * normal / size * beside;
+  }
+  return cone;
+}
+
+double SlidingOf(const ProblemContact& contact) {
+  const Vector3d& v = contact.velocity_m_per_s;
+  return (v - v.dot(contact.n) * contact.n).norm();
+}
+
+}  // namespace
+
+Mobility MobilityOf(double mass_kg, const Matrix3d& root, const Vector3d& arm_m) {
+  Matrix3d cross;
+  cross << 0, -arm_m.z(), arm_m.y(), arm_m.z(), 0, -arm_m.x(), -arm_m.y(), arm_m.x(), 0;
+  Mobility mobility;
+  mobility << Matrix3d::Identity() / std::sqrt(mass_kg), -cross * root;
+  return mobility;
+}
+
+Vector3d ContactProblem::VelocityAt(const ProblemContact& contact, const VectorXd& y) const {
+  Vector3d velocity = contact.free_m_per_s;
+  for (size_t s = 0; s < contact.side_count; ++s) {
+    const auto& [body, mobility] = contact.sides[s];
+    const auto index = static_cast<Eigen::Index>(6 * body);
+    velocity += mobility * y.segment<6>(index);
+  }
+  return velocity;
+}
+
+Vector3d ContactProblem::Wanted(size_t i, const VectorXd& y) const {
+  const ProblemContact& contact = contacts_[i];
+  const Vector3d over =
+      VelocityAt(contact, y) + (shift_[i] - contact.least_m_per_s) * contact.n;
+  return from_[i] - stiffness_[i] * over;
+}
+
+VectorXd ContactProblem::SlopeAt(const VectorXd& y) const {
+  VectorXd slope = y;
+  for (size_t i = 0; i < contacts_.size(); ++i) {
+    const ProblemContact& contact = contacts_[i];
+    const Vector3d impulse =
+        Project(Wanted(i, y), contact.n, contact.friction, false).nearest;
+    for (size_t s = 0; s < contact.side_count; ++s) {
+      const auto& [body, mobility] = contact.sides[s];
+      slope.segment<6>(static_cast<Eigen::Index>(6 * body)) -= mobility.transpose() * impulse;
+    }
+  }
+  return slope;
+}
+
+// Newton's method: the function is convex and smooth but for the second derivative.
+void ContactProblem::Minimise() {
+  const Eigen::Index size = y_.size();
+  MatrixXd hessian(size, size);
+  VectorXd slope(size);
+  for (int step = 0; step < kMostSteps; ++step) {
+    hessian.setIdentity();
+    slope = y_;
+    for (size_t i = 0; i < contacts_.size(); ++i) {
+      const ProblemContact& contact = contacts_[i];
+      const Cone cone = Project(Wanted(i, y_), contact.n, contact.friction, true);
+      for (size_t a = 0; a < contact.side_count; ++a) {
+        const Mobility& of_a = contact.sides[a].mobility;
+        const auto at_a = static_cast<Eigen::Index>(6 * contact.sides[a].body);
+        slope.segment<6>(at_a) -= of_a.transpose() * cone.nearest;
+        const Eigen::Matrix<double, 6, 3> weighed = stiffness_[i] * of_a.transpose() * cone.slope;
+        for (size_t b = 0; b < contact.side_count; ++b) {
+          const auto at_b = static_cast<Eigen::Index>(6 * contact.sides[b].body);
+          hessian.block<6, 6>(at_a, at_b) += weighed * contact.sides[b].mobility;
+        }
+      }
+    }
+    const VectorXd way = -hessian.llt().solve(slope);
+    if (way.norm() <= kAgreement / 10 * (y_.norm() + scale_)) {
+      y_ += way;
+      return;
+    }
+    // Convex: the slope along the way says where its lowest place is.
+    const double descent = slope.dot(way);
+    double share = 1;
+    for (int halving = 0; halving < kMostHalvings; ++halving) {
+      if (SlopeAt(y_ + share * way).dot(way) <= -descent / 2) break;
+      share /= 2;
+    }
+    y_ += share * way;
+  }
+}
+
+// The method of multipliers, for the convex problem in which what slides also lifts by mu |c_t|;
+// `shift_` takes that back (De Saxce and Feng 1998, «The bipotential method»).
+void ContactProblem::Solve() {
+  from_.resize(contacts_.size());
+  shift_.resize(contacts_.size());
+  stiffness_.resize(contacts_.size());
+  y_.setZero(static_cast<Eigen::Index>(6 * body_count_));
+  scale_ = 0;
+  for (size_t i = 0; i < contacts_.size(); ++i) {
+    const ProblemContact& contact = contacts_[i];
+    double mobility = 0;
+    from_[i] = Project(contact.impulse_n_s, contact.n, contact.friction, false).nearest;
+    for (size_t s = 0; s < contact.side_count; ++s) {
+      const auto& [body, its] = contact.sides[s];
+      mobility += its.squaredNorm() / 3;
+      y_.segment<6>(static_cast<Eigen::Index>(6 * body)) += its.transpose() * from_[i];
+    }
+    stiffness_[i] = 1 / (kSoftness * mobility);
+    const Vector3d over = contact.free_m_per_s - contact.least_m_per_s * contact.n;
+    scale_ = std::max(scale_, over.norm() / std::sqrt(mobility));
+  }
+  const auto update = [&](bool with_impulses) {
+    for (size_t i = 0; i < contacts_.size(); ++i) {
+      ProblemContact& contact = contacts_[i];
+      if (with_impulses) {
+        from_[i] = Project(Wanted(i, y_), contact.n, contact.friction, false).nearest;
+      }
+      contact.velocity_m_per_s = VelocityAt(contact, y_);
+      shift_[i] = contact.friction * SlidingOf(contact);
+    }
+  };
+  update(false);
+  VectorXd before;
+  for (int round = 0; round < kMostMinimisations; ++round) {
+    before = y_;
+    Minimise();
+    update(true);
+    if ((y_ - before).norm() <= kAgreement * (y_.norm() + scale_)) break;
+  }
+  for (size_t i = 0; i < contacts_.size(); ++i) contacts_[i].impulse_n_s = from_[i];
+}
+
+// With the dynamic coefficient a patch is faster than static friction could stop it.
+bool ContactProblem::IsFast(size_t patch, double more_friction) const {
+  double fastest = 0, stoppable = 0;
+  for (size_t i = 0; i < contacts_.size(); ++i) {
+    const ProblemContact& contact = contacts_[i];
+    if (contact.patch != patch) continue;
+    const double normal = contact.impulse_n_s.dot(contact.n);
+    if (normal > 0) fastest = std::max(fastest, SlidingOf(contact));
+    stoppable += more_friction * normal * kMostOfMobility / (kSoftness * stiffness_[i]);
+  }
+  return fastest > stoppable;
+}
+
+void ContactProblem::SolveByPatches(double friction_static, double friction_dynamic) {
+  double fastest = 0;
+  for (ProblemContact& contact : contacts_) {
+    contact.friction = contact.slides ? friction_dynamic : friction_static;
+    const Vector3d over = contact.free_m_per_s - contact.least_m_per_s * contact.n;
+    fastest = std::max(fastest, over.norm());
+  }
+  const auto set = [&](bool slides, const std::vector<size_t>& patches) {
+    for (ProblemContact& contact : contacts_) {
+      if (std::ranges::find(patches, contact.patch) == patches.end()) continue;
+      contact.slides = slides;
+      contact.friction = slides ? friction_dynamic : friction_static;
+    }
+  };
+  Solve();
+  if (friction_dynamic == friction_static) return;
+  const auto slides_now = [&](const ProblemContact& contact) {
+    return contact.impulse_n_s.dot(contact.n) > 0 && SlidingOf(contact) > kSliding * fastest;
+  };
+  // Those that slid before and are slow may stick now.
+  std::vector<size_t> slow;
+  for (const ProblemContact& contact : contacts_) {
+    if (!contact.slides || IsFast(contact.patch, friction_static - friction_dynamic)) continue;
+    slow.push_back(contact.patch);
+  }
+  set(false, slow);
+  if (!slow.empty()) Solve();
+  for (;;) {
+    std::vector<size_t> sliding;
+    for (const ProblemContact& contact : contacts_) {
+      if (!contact.slides && slides_now(contact)) sliding.push_back(contact.patch);
+    }
+    if (sliding.empty()) return;
+    set(true, sliding);
+    Solve();
+  }
+}
+
+double ContactProblem::EnergyGiven() const {
+  double energy = y_.squaredNorm() / 2;
+  for (const ProblemContact& contact : contacts_) {
+    energy += contact.impulse_n_s.dot(contact.free_m_per_s);
+  }
+  return energy;
+}
+
+}  // namespace drape::bodies

@@ -1,0 +1,346 @@
+#include "server/solver/bodies/patch_contacts.h"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numeric>
+
+#include "server/solver/bodies/rebound.h"
+#include "server/solver/solver_constants.h"
+
+namespace drape::bodies {
+
+using Eigen::Vector3d;
+
+namespace {
+
+// What a contact may be off its surface [-], of the size of the body, and in roundings of its
+// coordinates. Larger: bodies sink in by as much; smaller: more rounds. Velocities do not depend on
+// it.
+constexpr double kSlackOfReach = 1e-10;
+constexpr double kSlackRoundOffs = 64;
+// Most rounds in which turns of the bodies and impulses are brought together [-].
+constexpr int kMostRounds = 6;
+// Energy that rounding may add at a hit, of what the impulses do [-].
+constexpr double kEnergyRounding = 1e-12;
+
+// Nothing of its own but the centre touches.
+bool IsBall(const Collider& collider) {
+  return collider.kind() == ShapeKind::kSphere;
+}
+
+// The largest s in [0, 1] with a s^2 + b s + c <= 0, where a >= 0; 0 if there is none.
+double LargestShare(double a, double b, double c) {
+  if (a + b + c <= 0) return 1;
+  if (c >= 0) return 0;
+  // One root is positive; in the form without a difference of equals.
+  const double root = std::sqrt(std::max(b * b - 4 * a * c, 0.0));
+  return std::clamp(b > 0 ? -2 * c / (b + root) : (root - b) / (2 * a), 0.0, 1.0);
+}
+
+}  // namespace
+
+PatchContacts::PatchContacts(const std::vector<PlacedCollider>& placed) : given_(placed.size()) {
+  for (const PlacedCollider& each : placed) {
+    const BodyPoints& points = points_.emplace_back(PointsOf(*each.collider));
+    double reach = 0;
+    for (const Vector3d& p : points.places_m) {
+      reach = std::max(reach, (p - each.motion.pivot_m).norm());
+    }
+    reaches_m_.push_back(reach + points.radius_m);
+  }
+  size_t patch = 0;
+  const auto add = [&](size_t solid, size_t other) {
+    faces_.push_back({.solid = solid, .other = other, .patch = patch, .first = contacts_.size()});
+    contacts_.resize(contacts_.size() + points_[solid].places_m.size(),
+                     {.face = faces_.size() - 1});
+  };
+  for (size_t a = 0; a < placed.size(); ++a) {
+    for (size_t b = a + 1; b < placed.size(); ++b, ++patch) {
+      if (!placed[a].body && !placed[b].body) continue;
+      const bool is_a_ball = IsBall(*placed[a].collider), is_b_ball = IsBall(*placed[b].collider);
+      if (is_a_ball || !is_b_ball) add(a, b);
+      if (!is_a_ball) add(b, a);
+    }
+  }
+}
+
+void PatchContacts::Begin(double seconds) {
+  seconds_ = seconds;
+  solved_.clear();
+  for (Contact& contact : contacts_) {
+    contact.touches = false;
+    contact.impulse.setZero();
+  }
+}
+
+void PatchContacts::LookAt(const std::vector<PlacedCollider>& placed, When when, Face& face) {
+  const PlacedCollider& solid = placed[face.solid];
+  const PlacedCollider& other = placed[face.other];
+  const BodyPoints& points = points_[face.solid];
+  // Distances between solids are no smaller than that of their centres tells. Samples may say less.
+  const bool is_exact = other.collider->kind() != ShapeKind::kDistanceMap;
+  face.is_never_near =
+      is_exact && other.SurfaceAtEnd(solid.end.position_m).distance_m > 1.01 * reaches_m_[face.solid];
+  if (face.is_never_near) return;
+  const auto downwards = [&](const Vector3d& described) -> Vector3d {
+    const Vector3d n = other.SurfaceAtEnd(solid.end.PlaceOf(described)).outward;
+    return solid.end.rotation.conjugate() * -n;
+  };
+  const std::vector<Vector3d>& places = points.PlacesTowards(downwards, places_);
+  const bool both_move = solid.body && other.body && when == When::kSubstep;
+  for (size_t k = 0; k < places.size(); ++k) {
+    Contact& contact = contacts_[face.first + k];
+    contact.place_m = places[k];
+    const Vector3d place = solid.end.PlaceOf(contact.place_m);
+    const SurfaceDistance surface = other.SurfaceAtEnd(place);
+    contact.gap = surface.distance_m - points.radius_m;
+    contact.n = surface.outward;
+    // In the end also what no impulse has kept there.
+    const double near = when == When::kEnd ? 2 * SlackOf(placed, face) : 0;
+    contact.touches |= contact.gap < near;
+    if (!contact.touches) continue;
+    const Vector3d at_start = solid.start.PlaceOf(contact.place_m);
+    const double start_gap = other.SurfaceAtStart(at_start).distance_m - points.radius_m;
+    contact.floor = std::min(0.0, start_gap + kMaxDepenetrationSpeed_m_per_s * seconds_);
+    // From where both start, so that their angular momentum together stays as it is.
+    const Vector3d touching = (both_move ? at_start : place) - points.radius_m * contact.n;
+    contact.arm_of_solid =
+        touching - (both_move ? solid.start.position_m : solid.end.position_m);
+    contact.arm_of_other =
+        touching - (both_move ? other.start.position_m : other.end.position_m);
+  }
+}
+
+double PatchContacts::SlackOf(const std::vector<PlacedCollider>& placed, const Face& face) const {
+  const double reach = reaches_m_[face.solid];
+  const double size = placed[face.solid].end.position_m.cwiseAbs().sum() + reach;
+  return kSlackOfReach * reach +
+         kSlackRoundOffs * std::numeric_limits<double>::epsilon() * size;
+}
+
+bool PatchContacts::Look(const std::vector<PlacedCollider>& placed, When when) {
+  for (Face& face : faces_) LookAt(placed, when, face);
+  bool is_off = false;
+  for (Contact& contact : contacts_) {
+    const Face& face = faces_[contact.face];
+    contact.touches &= !face.is_never_near;
+    if (!contact.touches) continue;
+    const double off = contact.gap - contact.floor;
+    const bool holds = contact.impulse.dot(contact.n) > 0;
+    is_off |= (holds ? std::abs(off) : -off) > SlackOf(placed, face);
+  }
+  return is_off;
+}
+
+double PatchContacts::Solve(std::vector<PlacedCollider>& placed, const BodyNumbers& numbers) {
+  const auto is_as_solved = [&](size_t c) {
+    return placed[c].end.velocity_m_per_s == solved_[c].velocity_m_per_s &&
+           placed[c].end.angular_velocity_rad_per_s == solved_[c].angular_velocity_rad_per_s;
+  };
+  bool has_changed = solved_.empty();
+  for (size_t c = 0; c < placed.size() && !has_changed; ++c) has_changed = !is_as_solved(c);
+  if (!has_changed) return 0;
+  std::vector<RigidMotion> before;
+  for (const PlacedCollider& each : placed) before.push_back(each.end);
+  for (int round = 0; round < kMostRounds; ++round) {
+    const bool is_off = Look(placed, When::kSubstep);
+    // What others have pushed since may want less of what holds, or more friction.
+    if (round > 0 && !is_off) break;
+    Resolve(placed, numbers, When::kSubstep);
+  }
+  solved_.clear();
+  for (const PlacedCollider& each : placed) solved_.push_back(each.end);
+  double largest_change = 0;
+  for (const Contact& contact : contacts_) {
+    if (!contact.touches) continue;
+    const auto change = [&](size_t c, const Vector3d& arm) -> Vector3d {
+      return solved_[c].velocity_m_per_s - before[c].velocity_m_per_s +
+             (solved_[c].angular_velocity_rad_per_s - before[c].angular_velocity_rad_per_s)
+                 .cross(arm);
+    };
+    const Face& face = faces_[contact.face];
+    const Vector3d relative = change(face.solid, contact.arm_of_solid) -
+                              change(face.other, contact.arm_of_other);
+    largest_change = std::max(largest_change, relative.norm());
+  }
+  return largest_change;
+}
+
+void PatchContacts::Correct(std::vector<PlacedCollider>& placed, const BodyNumbers& numbers) {
+  Look(placed, When::kEnd);
+  if (numbers.restitution > 0) FindRebounds(placed, numbers);
+  Resolve(placed, numbers, When::kEnd);
+  const std::vector<Momentum> sums = Sums();
+  for (size_t c = 0; c < sums.size(); ++c) {
+    given_[c].impulse_n_s += sums[c].linear;
+    given_[c].angular_impulse_n_m_s += sums[c].angular;
+  }
+}
+
+// Of the points that touch in the end, from how they moved before the substep.
+void PatchContacts::FindRebounds(const std::vector<PlacedCollider>& placed,
+                                 const BodyNumbers& numbers) {
+  for (Contact& contact : contacts_) {
+    if (!contact.touches) continue;
+    const Face& face = faces_[contact.face];
+    const PlacedCollider& solid = placed[face.solid];
+    const PlacedCollider& other = placed[face.other];
+    const double radius = points_[face.solid].radius_m;
+    const Vector3d place = solid.start.PlaceOf(contact.place_m);
+    const SurfaceDistance surface = other.SurfaceAtStart(place);
+    const Vector3d& n = surface.outward;
+    const Vector3d touching = place - radius * n;
+    const Vector3d relative = solid.start.VelocityAt(touching) - other.start.VelocityAt(touching);
+    const double fall = FallOf(solid, other) * numbers.gravity_m_per_s2.dot(n);
+    contact.rebound_m_per_s =
+        ReboundSpeed(surface.distance_m - radius, relative.dot(n), fall, numbers);
+  }
+}
+
+std::vector<PatchContacts::Momentum> PatchContacts::Sums() const {
+  std::vector<Momentum> sums(given_.size());
+  for (const Contact& contact : contacts_) {
+    const Face& face = faces_[contact.face];
+    sums[face.solid].linear += contact.impulse;
+    sums[face.solid].angular += contact.moment_on_solid;
+    sums[face.other].linear -= contact.impulse;
+    sums[face.other].angular += contact.moment_on_other;
+  }
+  return sums;
+}
+
+void PatchContacts::Resolve(std::vector<PlacedCollider>& placed, const BodyNumbers& numbers,
+                            When when) {
+  std::vector<double> speeds_along;
+  if (when == When::kSubstep) {
+    for (const Contact& contact : contacts_) {
+      const double along = contact.touches ? VelocityOf(placed, contact).dot(contact.n) : 0;
+      speeds_along.push_back(along);
+    }
+  }
+  const std::vector<Momentum> pushed = Sums();
+  for (size_t c = 0; c < placed.size(); ++c) {
+    placed[c].Change(-pushed[c].linear, -pushed[c].angular);
+  }
+  for (size_t i = 0; i < contacts_.size(); ++i) {
+    Contact& contact = contacts_[i];
+    if (!contact.touches) {
+      contact.impulse.setZero();
+      contact.guesses.fill(Vector3d::Zero());
+      contact.slides = false;
+    } else if (when == When::kSubstep) {
+      contact.least_m_per_s = speeds_along[i] - (contact.gap - contact.floor) / seconds_;
+    }
+  }
+  for (const std::vector<size_t>& island : Islands(placed)) {
+    ResolveIsland(placed, island, pushed, numbers, when);
+  }
+  for (Contact& contact : contacts_) {
+    contact.moment_on_solid = contact.arm_of_solid.cross(contact.impulse);
+    contact.moment_on_other = -contact.arm_of_other.cross(contact.impulse);
+  }
+  const std::vector<Momentum> sums = Sums();
+  for (size_t c = 0; c < placed.size(); ++c) placed[c].Change(sums[c].linear, sums[c].angular);
+}
+
+std::vector<std::vector<size_t>> PatchContacts::Islands(
+    const std::vector<PlacedCollider>& placed) const {
+  std::vector<size_t> island_of(placed.size());
+  std::iota(island_of.begin(), island_of.end(), size_t{0});
+  for (const Contact& contact : contacts_) {
+    const Face& face = faces_[contact.face];
+    if (!contact.touches || !placed[face.solid].body || !placed[face.other].body) continue;
+    const size_t kept = island_of[face.solid], gone = island_of[face.other];
+    std::ranges::replace(island_of, gone, kept);
+  }
+  std::vector<std::vector<size_t>> islands(placed.size());
+  for (size_t i = 0; i < contacts_.size(); ++i) {
+    const Face& face = faces_[contacts_[i].face];
+    const size_t body = placed[face.solid].body ? face.solid : face.other;
+    if (contacts_[i].touches) islands[island_of[body]].push_back(i);
+  }
+  std::erase_if(islands, [](const std::vector<size_t>& island) { return island.empty(); });
+  return islands;
+}
+
+// A hit adds no energy to what the bodies had when the substep began and what others have given
+// them since: it is the plastic one and as much of the rebound as that allows (friction and
+// rebounds together, and corners that turn within the substep, may ask for more).
+void PatchContacts::ResolveIsland(const std::vector<PlacedCollider>& placed,
+                                  const std::vector<size_t>& island,
+                                  const std::vector<Momentum>& pushed, const BodyNumbers& numbers,
+                                  When when) {
+  std::vector<size_t> bodies;
+  std::vector<Eigen::Matrix3d> roots;
+  for (const size_t i : island) {
+    const Face& face = faces_[contacts_[i].face];
+    for (const size_t c : {face.solid, face.other}) {
+      if (!placed[c].body || std::ranges::find(bodies, c) != bodies.end()) continue;
+      bodies.push_back(c);
+      roots.push_back(placed[c].body->inverse_inertia().llt().matrixL());
+    }
+  }
+  ContactProblem problem(bodies.size());
+  bool rebounds = false;
+  for (const size_t i : island) {
+    const Contact& contact = contacts_[i];
+    const Face& face = faces_[contact.face];
+    ProblemContact& its = problem.contacts().emplace_back();
+    const auto add_side = [&](size_t c, const Vector3d& arm, double sign) {
+      if (!placed[c].body) return;
+      const auto index = static_cast<size_t>(std::ranges::find(bodies, c) - bodies.begin());
+      const double mass_kg = placed[c].body->mass_kg();
+      its.sides[its.side_count++] = {index, sign * MobilityOf(mass_kg, roots[index], arm)};
+    };
+    add_side(face.solid, contact.arm_of_solid, 1);
+    add_side(face.other, contact.arm_of_other, -1);
+    its.n = contact.n;
+    its.free_m_per_s = VelocityOf(placed, contact);
+    its.least_m_per_s = when == When::kEnd ? contact.rebound_m_per_s : contact.least_m_per_s;
+    its.patch = face.patch;
+    its.impulse_n_s = contact.guesses[static_cast<size_t>(when)];
+    its.slides = contact.slides;
+    rebounds |= when == When::kEnd && contact.rebound_m_per_s > 0;
+  }
+  problem.SolveByPatches(numbers.friction_static, numbers.friction_dynamic);
+  double share = 1;
+  ContactProblem plastic = problem;
+  if (rebounds) {
+    double room = 0;  // for energy
+    for (const size_t c : bodies) {
+      const RigidBody& body = *placed[c].body;
+      // Impulses have lifted it.
+      room += seconds_ * numbers.gravity_m_per_s2.dot(pushed[c].linear);
+      const Vector3d& momentum = body.angular_momentum();
+      room += body.SpinEnergyAt(placed[c].start.rotation, momentum) -
+              body.SpinEnergyAt(placed[c].end.rotation, momentum);
+    }
+    const double size = problem.change().squaredNorm();
+    if (problem.EnergyGiven() > room + kEnergyRounding * size) {
+      for (ProblemContact& contact : plastic.contacts()) contact.least_m_per_s = 0;
+      plastic.SolveByPatches(numbers.friction_static, numbers.friction_dynamic);
+      const Eigen::VectorXd more = problem.change() - plastic.change();
+      const double a = more.squaredNorm() / 2;
+      const double c = plastic.EnergyGiven() - room;
+      share = LargestShare(a, problem.EnergyGiven() - room - a - c, c);
+    }
+  }
+  for (size_t k = 0; k < island.size(); ++k) {
+    Contact& contact = contacts_[island[k]];
+    contact.impulse = (1 - share) * plastic.contacts()[k].impulse_n_s +
+                      share * problem.contacts()[k].impulse_n_s;
+    contact.guesses[static_cast<size_t>(when)] = contact.impulse;
+    contact.slides = problem.contacts()[k].slides;
+  }
+}
+
+Vector3d PatchContacts::VelocityOf(const std::vector<PlacedCollider>& placed,
+                                   const Contact& contact) const {
+  const Face& face = faces_[contact.face];
+  return placed[face.solid].VelocityAt(contact.arm_of_solid) -
+         placed[face.other].VelocityAt(contact.arm_of_other);
+}
+
+}  // namespace drape::bodies

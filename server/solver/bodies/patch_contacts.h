@@ -1,0 +1,100 @@
+// Contacts of bodies of any shape with colliders and with each other, all those of touching bodies
+// at once (contact_problem.h).
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <cstddef>
+#include <vector>
+
+#include "server/solver/bodies/body_numbers.h"
+#include "server/solver/bodies/body_points.h"
+#include "server/solver/bodies/contact_problem.h"
+#include "server/solver/bodies/placed_collider.h"
+#include "server/solver/step_impulses.h"
+
+namespace drape::bodies {
+
+// The points of each solid against the surface of each other one, where at least one of the two is
+// a body. Those of two colliders are a patch: it sticks as a whole, or slides as a whole. The
+// thickness of the cloth has no part in it.
+class PatchContacts {
+ public:
+  explicit PatchContacts(const std::vector<PlacedCollider>& placed);
+
+  // A substep begins: nothing touches.
+  void Begin(double seconds);
+  // What nothing goes through at the end of the substep. Returns the largest change of the velocity
+  // of a body where it touches [m/s].
+  double Solve(std::vector<PlacedCollider>& placed, const BodyNumbers& numbers);
+  // At the end of the substep: velocities after all impulses of the substep, rebounds included.
+  void Correct(std::vector<PlacedCollider>& placed, const BodyNumbers& numbers);
+
+  // What bodies gave to each collider so far, about its centre or pivot.
+  const std::vector<ColliderImpulse>& given() const { return given_; }
+
+ private:
+  // The points of `solid` at the surface of `other`: contacts first to first + count.
+  struct Face {
+    size_t solid = 0;
+    size_t other = 0;
+    size_t patch = 0;
+    size_t first = 0;
+    bool is_never_near = false;  // in the pose that was looked at last
+  };
+  struct Contact {
+    size_t face = 0;
+    bool touches = false;  // in the substep under way
+    Eigen::Vector3d place_m = Eigen::Vector3d::Zero();  // as described
+    double gap = 0;
+    double floor = 0;            // of the gap
+    double rebound_m_per_s = 0;  // only in the end
+    Eigen::Vector3d n = Eigen::Vector3d::Zero();
+    Eigen::Vector3d arm_of_solid = Eigen::Vector3d::Zero();
+    Eigen::Vector3d arm_of_other = Eigen::Vector3d::Zero();
+    double least_m_per_s = 0;  // along n, in the substep
+    // On the solid, as it is applied now [N s, N m s].
+    Eigen::Vector3d impulse = Eigen::Vector3d::Zero();
+    Eigen::Vector3d moment_on_solid = Eigen::Vector3d::Zero();
+    Eigen::Vector3d moment_on_other = Eigen::Vector3d::Zero();
+    // What was found last, of this substep or the one before: the solver starts there.
+    bool slides = false;
+    std::array<Eigen::Vector3d, 2> guesses{Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero()};
+  };
+  struct Momentum {
+    Eigen::Vector3d linear = Eigen::Vector3d::Zero();
+    Eigen::Vector3d angular = Eigen::Vector3d::Zero();
+  };
+  enum class When : size_t { kSubstep, kEnd };
+
+  // Where contacts are, at the end of the substep. Returns whether one breaks its floor, or holds
+  // apart what is apart.
+  bool Look(const std::vector<PlacedCollider>& placed, When when);
+  void LookAt(const std::vector<PlacedCollider>& placed, When when, Face& face);
+  double SlackOf(const std::vector<PlacedCollider>& placed, const Face& face) const;
+  // Of the solid over the other at the contact, at the moment.
+  Eigen::Vector3d VelocityOf(const std::vector<PlacedCollider>& placed,
+                             const Contact& contact) const;
+  void FindRebounds(const std::vector<PlacedCollider>& placed, const BodyNumbers& numbers);
+
+  // Sums of the impulses of all contacts, by collider.
+  std::vector<Momentum> Sums() const;
+  // Takes all impulses away, finds new ones, applies them.
+  void Resolve(std::vector<PlacedCollider>& placed, const BodyNumbers& numbers, When when);
+  // Touching contacts, by groups of bodies that touch each other.
+  std::vector<std::vector<size_t>> Islands(const std::vector<PlacedCollider>& placed) const;
+  void ResolveIsland(const std::vector<PlacedCollider>& placed, const std::vector<size_t>& island,
+                     const std::vector<Momentum>& pushed, const BodyNumbers& numbers, When when);
+
+  std::vector<BodyPoints> points_;  // [collider_count]
+  std::vector<double> reaches_m_;   // [collider_count] of its points, from its pivot
+  std::vector<Face> faces_;
+  std::vector<Contact> contacts_;
+  std::vector<ColliderImpulse> given_;    // [collider_count]
+  std::vector<Eigen::Vector3d> places_;  // of one face
+  // The motions of all bodies as the last Solve left them.
+  std::vector<RigidMotion> solved_;
+  double seconds_ = 0;
+};
+
+}  // namespace drape::bodies
