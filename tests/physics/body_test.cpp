@@ -3,9 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "server/scene/body_mass.h"
 #include "server/solver/load.h"
-#include "tests/physics/physics_test.h"
+#include "tests/physics/body_scene.h"
 
 namespace drape::test {
 namespace {
@@ -14,64 +13,7 @@ using Eigen::Matrix3d;
 using Eigen::Vector3d;
 constexpr double kG = 9.81;
 
-std::vector<std::string> BackendsWithBodies() {
-  std::vector<std::string> names;
-  for (const std::string& name : BackendNames()) {
-    if (SharedBackend(name).Describe().has_bodies) names.push_back(name);
-  }
-  return names;
-}
-
-// One that starts to move as its collider is described.
-void AddBody(Scene& scene, const Collider& collider, const Vector3d& velocity = Vector3d::Zero(),
-             const Vector3d& rate = Vector3d::Zero()) {
-  RigidMotion motion =
-      RigidMotion::AtRest(collider.is_body() ? CentreOfMass(collider) : CentreOf(collider));
-  motion.velocity_m_per_s = velocity;
-  motion.angular_velocity_rad_per_s = rate;
-  scene.parameters.colliders.push_back(collider);
-  scene.parameters.collider_motions.push_back(motion);
-}
-
-Collider Ball(const Vector3d& centre_m, double radius_m, double mass_kg) {
-  Collider ball = SphereAt(centre_m, radius_m);
-  ball.mass_kg = mass_kg;
-  return ball;
-}
-
-// Far from everything.
-Scene Nothing() {
-  Scene scene = LoneParticle(Vector3d(0, 0, 100), Vector3d::Zero());
-  scene.parameters.settings = SingleSubstep(1.0 / 60, 1);
-  scene.parameters.settings.substeps = 52;
-  return scene;
-}
-
-Matrix3d InertiaOf(const Collider& collider, const RigidMotion& motion) {
-  const Matrix3d turned = motion.rotation.toRotationMatrix();
-  return turned * MassOf(collider).inertia * turned.transpose();
-}
-
-class Body : public PhysicsTest {
- protected:
-  // The state of the first body after a step.
-  RigidMotion Step(ClothHandle cloth, const Scene& scene, bool measure = false) {
-    const StepItem item{
-        .cloth = cloth, .pin_targets_m = scene.pin_targets_m, .measure = measure, .impulses = true};
-    report_ = backend().Step({&item, 1}).reports.at(0);
-    EXPECT_EQ(report_.fault, FaultReason::kNone);
-    return report_.bodies->at(0).motion;
-  }
-  RigidMotion StepFor(const Scene& scene, double seconds) {
-    const ClothHandle cloth = Make(scene);
-    RigidMotion motion;
-    const double step_s = scene.parameters.settings.time_step_s;
-    for (int step = 0; step < std::lround(seconds / step_s); ++step) motion = Step(cloth, scene);
-    return motion;
-  }
-
-  StepReport report_;  // of the last step
-};
+class Body : public BodyTest {};
 INSTANTIATE_TEST_SUITE_P(Backends, Body, testing::ValuesIn(BackendsWithBodies()),
                          NameOfCase<testing::TestParamInfo<std::string>>);
 

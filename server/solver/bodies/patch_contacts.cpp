@@ -72,6 +72,8 @@ void PatchContacts::Begin(double seconds) {
   for (Contact& contact : contacts_) {
     contact.touches = false;
     contact.impulse.setZero();
+    contact.moment_on_solid.setZero();
+    contact.moment_on_other.setZero();
   }
 }
 
