@@ -24,7 +24,7 @@ constexpr double kAgreement = 1e-9;
 // Most steps of one, and how often a step is halved [-]. Each step is exact while no contact opens,
 // closes, sticks or slides.
 constexpr int kMostSteps = 40;
-constexpr int kMostHalvings = 12;
+constexpr int kMostHalvings = 8;
 // A contact slides where its velocity is more than this share of the largest one without impulses
 // [-]. Smaller: what rounding leaves looks like sliding; larger: what slides slowly sticks.
 constexpr double kSliding = 1e-6;
