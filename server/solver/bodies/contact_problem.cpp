@@ -24,7 +24,7 @@ constexpr double kAgreement = 1e-9;
 // Most steps of one, and how often a step is halved [-]. Each step is exact while no contact opens,
 // closes, sticks or slides.
 constexpr int kMostSteps = 40;
-constexpr int kMostHalvings = 8;
+constexpr int kMostHalvings = 40;
 // A contact slides where its velocity is more than this share of the largest one without impulses
 // [-]. Smaller: what rounding leaves looks like sliding; larger: what slides slowly sticks.
 constexpr double kSliding = 1e-6;
@@ -136,10 +136,13 @@ void ContactProblem::Minimise() {
     }
     // Convex: the slope along the way says where its lowest place is.
     const double descent = slope.dot(way);
-    double share = 1;
+    double share = 1, low = 0, high = 1;
     for (int halving = 0; halving < kMostHalvings; ++halving) {
-      if (SlopeAt(y_ + share * way).dot(way) <= -descent / 2) break;
-      share /= 2;
+      const double at = SlopeAt(y_ + share * way).dot(way);
+      if (std::abs(at) <= -descent / 2) break;
+      if (at < 0 && share == 1) break;
+      (at < 0 ? low : high) = share;
+      share = (low + high) / 2;
     }
     y_ += share * way;
   }
@@ -184,7 +187,17 @@ void ContactProblem::Solve() {
     update(true);
     if ((y_ - before).norm() <= kAgreement * (y_.norm() + scale_)) break;
   }
-  for (size_t i = 0; i < contacts_.size(); ++i) contacts_[i].impulse_n_s = from_[i];
+  // The motion is that of the impulses, also where the rounds did not end.
+  y_.setZero();
+  for (size_t i = 0; i < contacts_.size(); ++i) {
+    ProblemContact& contact = contacts_[i];
+    contact.impulse_n_s = from_[i];
+    for (size_t s = 0; s < contact.side_count; ++s) {
+      const auto& [body, mobility] = contact.sides[s];
+      y_.segment<6>(static_cast<Eigen::Index>(6 * body)) += mobility.transpose() * from_[i];
+    }
+  }
+  for (ProblemContact& contact : contacts_) contact.velocity_m_per_s = VelocityAt(contact, y_);
 }
 
 // With the dynamic coefficient a patch is faster than static friction could stop it.
@@ -244,6 +257,17 @@ double ContactProblem::EnergyGiven() const {
     energy += contact.impulse_n_s.dot(contact.free_m_per_s);
   }
   return energy;
+}
+
+void ContactProblem::LimitEnergy(double allowed) {
+  const double energy = EnergyGiven(), square = y_.squaredNorm();
+  if (!(energy > allowed) || square == 0) return;
+  const double share = std::clamp((square / 2 - energy) / square, 0.0, 1.0);
+  y_ *= share;
+  for (ProblemContact& contact : contacts_) {
+    contact.impulse_n_s *= share;
+    contact.velocity_m_per_s = VelocityAt(contact, y_);
+  }
 }
 
 }  // namespace drape::bodies

@@ -52,6 +52,9 @@ class ContactProblem {
   void SolveByPatches(double friction_static, double friction_dynamic);
   // What the impulses of a solution add to the kinetic energy, seen from what no impulse moves [J].
   double EnergyGiven() const;
+  // Scales the impulses down to those that give least where they give more than `allowed` [J]: where
+  // contacts contradict each other no impulses solve the problem, and those found may be large.
+  void LimitEnergy(double allowed);
   const Eigen::VectorXd& change() const { return y_; }  // of scaled momenta, by the impulses
 
  private:

@@ -22,8 +22,8 @@ constexpr double kSlackOfReach = 1e-10;
 constexpr double kSlackRoundOffs = 64;
 // Most rounds in which turns of the bodies and impulses are brought together [-].
 constexpr int kMostRounds = 6;
-// Energy that rounding may add at a hit, of what the impulses do [-].
-constexpr double kEnergyRounding = 1e-12;
+// Energy that the solver's agreement may add, of what the impulses do [-].
+constexpr double kEnergyRounding = 1e-9;
 
 // Nothing of its own but the centre touches.
 bool IsBall(const Collider& collider) {
@@ -308,6 +308,15 @@ void PatchContacts::ResolveIsland(const std::vector<PlacedCollider>& placed,
   }
   problem.SolveByPatches(numbers.friction_static, numbers.friction_dynamic);
   double share = 1;
+  if (!rebounds) {
+    // What starts inside another one may be moved out.
+    double allowed = kEnergyRounding * problem.change().squaredNorm();
+    for (const size_t c : bodies) {
+      if (when == When::kEnd) break;
+      allowed += placed[c].body->mass_kg() * std::pow(kMaxDepenetrationSpeed_m_per_s, 2);
+    }
+    problem.LimitEnergy(allowed);
+  }
   ContactProblem plastic = problem;
   if (rebounds) {
     double room = 0;  // for energy
@@ -323,6 +332,7 @@ void PatchContacts::ResolveIsland(const std::vector<PlacedCollider>& placed,
     if (problem.EnergyGiven() > room + kEnergyRounding * size) {
       for (ProblemContact& contact : plastic.contacts()) contact.least_m_per_s = 0;
       plastic.SolveByPatches(numbers.friction_static, numbers.friction_dynamic);
+      plastic.LimitEnergy(kEnergyRounding * plastic.change().squaredNorm());
       const Eigen::VectorXd more = problem.change() - plastic.change();
       const double a = more.squaredNorm() / 2;
       const double c = plastic.EnergyGiven() - room;
