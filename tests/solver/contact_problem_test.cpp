@@ -54,9 +54,9 @@ class Problems {
       for (const size_t b : {first, second}) {
         if (contact.side_count == 1 && (first == 0 || random_() % 2 == 0)) break;
         const double sign = contact.side_count == 0 ? 1 : -1;
-        const Vector3d arm = Vector3d(random_() % 2 == 0 ? 1 : -1, -sign,
-                                      random_() % 2 == 0 ? 1 : -1)
-                                 .cwiseProduct(halves[b]);
+        const Vector3d arm =
+            Vector3d(random_() % 2 == 0 ? 1 : -1, -sign, random_() % 2 == 0 ? 1 : -1)
+                .cwiseProduct(halves[b]);
         contact.sides[contact.side_count++] = {b, sign * MobilityOf(masses[b], roots[b], arm)};
         contact.free_m_per_s += sign * (linear[b] + angular[b].cross(arm));
       }
@@ -147,8 +147,7 @@ TEST(ContactProblem, APatchSticksOrSlidesAsAWhole) {
     }
     problem.SolveByPatches(more * kTangent, kDynamic);
     for (const ProblemContact& contact : problem.contacts()) {
-      const Vector3d expected =
-          more > 1 ? Vector3d::Zero() : Vector3d(kTangent - kDynamic, 0, 0);
+      const Vector3d expected = more > 1 ? Vector3d::Zero() : Vector3d(kTangent - kDynamic, 0, 0);
       ASSERT_LE((contact.velocity_m_per_s - expected).norm(), 1e-9);
     }
   }

@@ -88,8 +88,7 @@ Vector3d ContactProblem::VelocityAt(const ProblemContact& contact, const VectorX
 
 Vector3d ContactProblem::Wanted(size_t i, const VectorXd& y) const {
   const ProblemContact& contact = contacts_[i];
-  const Vector3d over =
-      VelocityAt(contact, y) + (shift_[i] - contact.least_m_per_s) * contact.n;
+  const Vector3d over = VelocityAt(contact, y) + (shift_[i] - contact.least_m_per_s) * contact.n;
   return from_[i] - stiffness_[i] * over;
 }
 
@@ -97,8 +96,7 @@ VectorXd ContactProblem::SlopeAt(const VectorXd& y) const {
   VectorXd slope = y;
   for (size_t i = 0; i < contacts_.size(); ++i) {
     const ProblemContact& contact = contacts_[i];
-    const Vector3d impulse =
-        Project(Wanted(i, y), contact.n, contact.friction, false).nearest;
+    const Vector3d impulse = Project(Wanted(i, y), contact.n, contact.friction, false).nearest;
     for (size_t s = 0; s < contact.side_count; ++s) {
       const auto& [body, mobility] = contact.sides[s];
       slope.segment<6>(static_cast<Eigen::Index>(6 * body)) -= mobility.transpose() * impulse;

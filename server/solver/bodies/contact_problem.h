@@ -22,14 +22,14 @@ struct ProblemContact {
     Mobility mobility;  // reversed of what feels the impulse reversed
   };
 
-  std::array<Side, 2> sides;       // [side_count]
-  size_t side_count = 0;           // 1: on something that no impulse moves
-  Eigen::Vector3d n;               // unit
-  Eigen::Vector3d free_m_per_s;    // relative velocity without any of the impulses
-  double least_m_per_s = 0;        // along n, afterwards
+  std::array<Side, 2> sides;     // [side_count]
+  size_t side_count = 0;         // 1: on something that no impulse moves
+  Eigen::Vector3d n;             // unit
+  Eigen::Vector3d free_m_per_s;  // relative velocity without any of the impulses
+  double least_m_per_s = 0;      // along n, afterwards
   double friction = 0;
-  size_t patch = 0;                // contacts of one patch stick or slide together
-  bool slides = false;             // in: a guess
+  size_t patch = 0;     // contacts of one patch stick or slide together
+  bool slides = false;  // in: a guess
   Eigen::Vector3d impulse_n_s = Eigen::Vector3d::Zero();  // in: a guess
 
   // After a solution.
@@ -52,8 +52,9 @@ class ContactProblem {
   void SolveByPatches(double friction_static, double friction_dynamic);
   // What the impulses of a solution add to the kinetic energy, seen from what no impulse moves [J].
   double EnergyGiven() const;
-  // Scales the impulses down to those that give least where they give more than `allowed` [J]: where
-  // contacts contradict each other no impulses solve the problem, and those found may be large.
+  // Scales the impulses down to those that give least where they give more than `allowed` [J]:
+  // where contacts contradict each other no impulses solve the problem, and those found may be
+  // large.
   void LimitEnergy(double allowed);
   const Eigen::VectorXd& change() const { return y_; }  // of scaled momenta, by the impulses
 

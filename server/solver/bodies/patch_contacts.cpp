@@ -83,8 +83,8 @@ void PatchContacts::LookAt(const std::vector<PlacedCollider>& placed, When when,
   const BodyPoints& points = points_[face.solid];
   // Distances between solids are no smaller than that of their centres tells. Samples may say less.
   const bool is_exact = other.collider->kind() != ShapeKind::kDistanceMap;
-  face.is_never_near =
-      is_exact && other.SurfaceAtEnd(solid.end.position_m).distance_m > 1.01 * reaches_m_[face.solid];
+  face.is_never_near = is_exact && other.SurfaceAtEnd(solid.end.position_m).distance_m >
+                                       1.01 * reaches_m_[face.solid];
   if (face.is_never_near) return;
   const auto downwards = [&](const Vector3d& described) -> Vector3d {
     const Vector3d n = other.SurfaceAtEnd(solid.end.PlaceOf(described)).outward;
@@ -108,18 +108,15 @@ void PatchContacts::LookAt(const std::vector<PlacedCollider>& placed, When when,
     contact.floor = std::min(0.0, start_gap + kMaxDepenetrationSpeed_m_per_s * seconds_);
     // From where both start, so that their angular momentum together stays as it is.
     const Vector3d touching = (both_move ? at_start : place) - points.radius_m * contact.n;
-    contact.arm_of_solid =
-        touching - (both_move ? solid.start.position_m : solid.end.position_m);
-    contact.arm_of_other =
-        touching - (both_move ? other.start.position_m : other.end.position_m);
+    contact.arm_of_solid = touching - (both_move ? solid.start.position_m : solid.end.position_m);
+    contact.arm_of_other = touching - (both_move ? other.start.position_m : other.end.position_m);
   }
 }
 
 double PatchContacts::SlackOf(const std::vector<PlacedCollider>& placed, const Face& face) const {
   const double reach = reaches_m_[face.solid];
   const double size = placed[face.solid].end.position_m.cwiseAbs().sum() + reach;
-  return kSlackOfReach * reach +
-         kSlackRoundOffs * std::numeric_limits<double>::epsilon() * size;
+  return kSlackOfReach * reach + kSlackRoundOffs * std::numeric_limits<double>::epsilon() * size;
 }
 
 bool PatchContacts::Look(const std::vector<PlacedCollider>& placed, When when) {
@@ -163,8 +160,8 @@ double PatchContacts::Solve(std::vector<PlacedCollider>& placed, const BodyNumbe
                  .cross(arm);
     };
     const Face& face = faces_[contact.face];
-    const Vector3d relative = change(face.solid, contact.arm_of_solid) -
-                              change(face.other, contact.arm_of_other);
+    const Vector3d relative =
+        change(face.solid, contact.arm_of_solid) - change(face.other, contact.arm_of_other);
     largest_change = std::max(largest_change, relative.norm());
   }
   return largest_change;
@@ -222,6 +219,9 @@ void PatchContacts::Resolve(std::vector<PlacedCollider>& placed, const BodyNumbe
       speeds_along.push_back(along);
     }
   }
+  // In the end what changes acts where the bodies are then; what has moved them keeps its moments,
+  // so that of two bodies their angular momentum together stays.
+  if (when == When::kEnd) FindMoments();
   const std::vector<Momentum> pushed = Sums();
   for (size_t c = 0; c < placed.size(); ++c) {
     placed[c].Change(-pushed[c].linear, -pushed[c].angular);
@@ -239,12 +239,16 @@ void PatchContacts::Resolve(std::vector<PlacedCollider>& placed, const BodyNumbe
   for (const std::vector<size_t>& island : Islands(placed)) {
     ResolveIsland(placed, island, pushed, numbers, when);
   }
+  FindMoments();
+  const std::vector<Momentum> sums = Sums();
+  for (size_t c = 0; c < placed.size(); ++c) placed[c].Change(sums[c].linear, sums[c].angular);
+}
+
+void PatchContacts::FindMoments() {
   for (Contact& contact : contacts_) {
     contact.moment_on_solid = contact.arm_of_solid.cross(contact.impulse);
     contact.moment_on_other = -contact.arm_of_other.cross(contact.impulse);
   }
-  const std::vector<Momentum> sums = Sums();
-  for (size_t c = 0; c < placed.size(); ++c) placed[c].Change(sums[c].linear, sums[c].angular);
 }
 
 std::vector<std::vector<size_t>> PatchContacts::Islands(
@@ -341,8 +345,8 @@ void PatchContacts::ResolveIsland(const std::vector<PlacedCollider>& placed,
   }
   for (size_t k = 0; k < island.size(); ++k) {
     Contact& contact = contacts_[island[k]];
-    contact.impulse = (1 - share) * plastic.contacts()[k].impulse_n_s +
-                      share * problem.contacts()[k].impulse_n_s;
+    contact.impulse =
+        (1 - share) * plastic.contacts()[k].impulse_n_s + share * problem.contacts()[k].impulse_n_s;
     contact.guesses[static_cast<size_t>(when)] = contact.impulse;
     contact.slides = problem.contacts()[k].slides;
   }

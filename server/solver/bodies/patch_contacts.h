@@ -44,7 +44,7 @@ class PatchContacts {
   };
   struct Contact {
     size_t face = 0;
-    bool touches = false;  // in the substep under way
+    bool touches = false;                               // in the substep under way
     Eigen::Vector3d place_m = Eigen::Vector3d::Zero();  // as described
     double gap = 0;
     double floor = 0;            // of the gap
@@ -77,6 +77,8 @@ class PatchContacts {
                              const Contact& contact) const;
   void FindRebounds(const std::vector<PlacedCollider>& placed, const BodyNumbers& numbers);
 
+  // Of all impulses at the present arms.
+  void FindMoments();
   // Sums of the impulses of all contacts, by collider.
   std::vector<Momentum> Sums() const;
   // Takes all impulses away, finds new ones, applies them.
@@ -90,7 +92,7 @@ class PatchContacts {
   std::vector<double> reaches_m_;   // [collider_count] of its points, from its pivot
   std::vector<Face> faces_;
   std::vector<Contact> contacts_;
-  std::vector<ColliderImpulse> given_;    // [collider_count]
+  std::vector<ColliderImpulse> given_;   // [collider_count]
   std::vector<Eigen::Vector3d> places_;  // of one face
   // The motions of all bodies as the last Solve left them.
   std::vector<RigidMotion> solved_;
