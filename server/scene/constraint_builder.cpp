@@ -5,6 +5,7 @@
 
 #include "server/scene/hinge_fit.h"
 #include "server/scene/mesh.h"
+#include "server/scene/woven_edges.h"
 
 namespace drape {
 
@@ -116,6 +117,18 @@ double AreaAround(const MeshEdge& edge, const std::vector<Eigen::Vector3d>& posi
   return area;
 }
 
+// Compliance of an edge of a mesh: of woven cloth between that along a thread and that halfway
+// between warp and weft (server/solver/method.md, "apply_elastic").
+double MeshEdgeCompliance(const StructuralMaterial& material, const MeshEdge& edge, double length,
+                          const std::vector<Eigen::Vector3d>& positions_m,
+                          const Eigen::Vector3d& warp_direction) {
+  const double width = AreaAround(edge, positions_m) / length;
+  const double threads = EdgeCompliance(material, length, width);
+  if (material.shear_modulus_n_per_m == 0) return threads;
+  const double bias = BiasOf(edge, positions_m, warp_direction);
+  return (1 - 4 * bias) * threads + bias * length / (material.shear_modulus_n_per_m * width);
+}
+
 // A third of the mass of each triangle per corner; the mean of those for vertices without triangle.
 std::vector<double> VertexMasses(const TriangleMesh& mesh,
                                  const std::vector<std::array<uint32_t, 3>>& triangles,
@@ -209,7 +222,7 @@ ParticleSystem BuildMesh(const TriangleMesh& drawn, const StructuralMaterial& ma
          .j = edge.j,
          .rest_length_m = length,
          .compliance_m_per_n =
-             EdgeCompliance(material, length, AreaAround(edge, mesh.positions_m) / length)});
+             MeshEdgeCompliance(material, edge, length, mesh.positions_m, import.warp_direction)});
     if (material.bending_rigidity_n_m > 0) AddHinges(edge, material.bending_rigidity_n_m, system);
     if (material.bending_stiffness_n_per_m > 0) {
       AddBendingSprings(edge, material.bending_stiffness_n_per_m, system);

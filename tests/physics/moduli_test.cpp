@@ -142,6 +142,39 @@ TEST_P(Moduli, ASheetHeldByItsSideSinksByShear) {
   }
 }
 
+// A woven mesh that is held like that, cut crosswise. It sinks by shear as the grid does, and as a
+// beam of its threads by 3 w L^4 / 2 E H^2: together w L^2 (1/2G + 3 L^2 / 2 E H^2). Bounds: (2 a)^2
+// relative for angles up to a = w L / G, 2 G / E since diagonals resist stretch, too, and 1/n^2 of
+// the beam, n rows of threads.
+TEST_P(Moduli, AWovenMeshSinksByShear) {
+  constexpr double kLength_m = 0.5, kHeight_m = 0.4, kModulus = 20;
+  constexpr double kStretch = kMeshStretchStiffness_n_per_m;
+  for (const auto& [columns, rows] : {std::pair{11u, 9u}, std::pair{18u, 11u}}) {
+    SCOPED_TRACE(columns);
+    std::vector<uint32_t> pins;
+    for (uint32_t row = 0; row < rows; ++row) pins.push_back(row * columns);
+    Scene scene = MeshedGrid(
+        columns, rows, kLength_m, kHeight_m, pins,
+        {.stretch_stiffness_n_per_m = kStretch, .shear_modulus_n_per_m = kModulus});
+    scene.parameters.gravity_m_per_s2 = {0, 0, kGravity_m_per_s2};
+    scene.parameters.damping_per_s = 8;
+    const std::vector<Vector3d> ends_m = StateAfter(scene, 90).positions_m;
+    double sinking_m = 0;
+    for (uint32_t row = 0; row < rows; ++row) {
+      const uint32_t end = (row + 1) * columns - 1;
+      sinking_m += (ends_m[end].z() - scene.state.positions_m[end].z()) / rows;
+    }
+    const double weight_n_per_m2 = kDensity_kg_per_m2 * kGravity_m_per_s2;
+    const double by_shear_m = weight_n_per_m2 * kLength_m * kLength_m / (2 * kModulus);
+    const double by_bending_m =
+        3 * weight_n_per_m2 * std::pow(kLength_m, 4) / (2 * kStretch * kHeight_m * kHeight_m);
+    const double angle = weight_n_per_m2 * kLength_m / kModulus;
+    EXPECT_NEAR(sinking_m, by_shear_m + by_bending_m,
+                by_shear_m * (4 * angle * angle + 2 * kModulus / kStretch) +
+                    by_bending_m / ((rows - 1) * (rows - 1)));
+  }
+}
+
 // A sheet of all moduli, let go from the horizontal with its first row held: the middle of its
 // lower edge is at the same place at any resolution, to first order in the spacing (the particles
 // of the rim weigh as much as the others).

@@ -279,7 +279,7 @@ std::vector<QuantityScene> DrapeScenes(bool is_quick) {
   };
   // Meshes refuse a modulus of shear: their diagonal edges resist it.
   const auto mesh = [](StructuralMaterial material, uint32_t side) {
-    material.shear_modulus_n_per_m = 0;
+    material.stretch_stiffness_n_per_m = kMeshStretchStiffness_n_per_m;
     return test::MeshedGrid(side, side, kSquare_m, kSquare_m, {}, material);
   };
   const StructuralMaterial board = Material(0.4, 1, 1000);
