@@ -65,12 +65,15 @@ void AddGridBending(const GridTopology& grid, const GridLengths& lengths, double
   });
 }
 
-// Both diagonals of a cell sheared by a small angle stretch by angle * dx dz / diagonal.
+// A diagonal of a cell sheared by a small angle stretches by angle * dx dz / diagonal. Each cell has
+// one, in turn falling and rising. With both it would resist twist, too: a twisted cell whose sides
+// keep their lengths has shorter diagonals.
 void AddGridShear(const GridTopology& grid, const GridLengths& lengths, double modulus,
                   ParticleSystem& system) {
   const double diagonal = std::hypot(lengths.dx, lengths.dz);
-  const double stiffness = modulus * diagonal * diagonal / (2 * lengths.dx * lengths.dz);
+  const double stiffness = modulus * diagonal * diagonal / (lengths.dx * lengths.dz);
   const auto add = [&](uint32_t i, uint32_t j) {
+    if ((i / grid.columns + i % grid.columns) % 2 == 1) return;
     system.elastic_elements.push_back(ShearDiagonal(i, j, diagonal, stiffness));
   };
   ForEachGridPair(grid, 1, 1, add);

@@ -82,18 +82,20 @@ TEST_P(Moduli, AHungSheetIsLongerByItsWeight) {
 }
 
 // The angle in equilibrium of a column of cells that carries `load_n` across: all cells of the
-// column, of diagonals d and spacings a, b, have the same shear, and their energy is that of their
-// diagonals, sqrt(d^2 +- 2 a b sin t) - d long. Bisection of dU/dt = load a cos t.
-double ShearAngle(double load_n, double a, double b, uint32_t cells, double modulus) {
+// column, of spacings a and b, have the same shear, and their energy is that of their diagonals,
+// sqrt(d^2 + 2 a b sin t) - d longer where they fall, sqrt(d^2 - 2 a b sin t) - d where they rise.
+// Bisection of dU/dt = load a cos t.
+double ShearAngle(double load_n, double a, double b, uint32_t falling, uint32_t rising,
+                  double modulus) {
   const double d = std::hypot(a, b);
-  const double k = modulus * d * d / (2 * a * b);
+  const double k = modulus * d * d / (a * b);
   const auto moment = [&](double t) {
     double sum = 0;
-    for (const double sign : {-1.0, 1.0}) {
+    for (const auto& [cells, sign] : {std::pair{falling, 1.0}, std::pair{rising, -1.0}}) {
       const double length = std::sqrt(d * d + sign * 2 * a * b * std::sin(t));
-      sum += k * (length - d) * sign * a * b * std::cos(t) / length;
+      sum += cells * k * (length - d) * sign * a * b * std::cos(t) / length;
     }
-    return cells * sum - load_n * a * std::cos(t);
+    return sum - load_n * a * std::cos(t);
   };
   double low = 0, high = 1;
   for (int bisection = 0; bisection < 100; ++bisection) {
@@ -119,7 +121,9 @@ TEST_P(Moduli, ASheetHeldByItsSideSinksByShear) {
       if (column > 0) {
         const double load_n = kDensity_kg_per_m2 * kGravity_m_per_s2 * kLength_m * kHeight_m *
                               (columns - column) / columns;
-        const double angle = ShearAngle(load_n, dx, dz, rows - 1, kModulus);
+        // Of the cells before it, in turn; the first of the first column falls.
+        const uint32_t falling = (rows - 1 + column % 2) / 2;
+        const double angle = ShearAngle(load_n, dx, dz, falling, rows - 1 - falling, kModulus);
         x += dx * std::cos(angle);
         z += dx * std::sin(angle);
       }
