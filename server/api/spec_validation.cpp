@@ -25,8 +25,8 @@ Eigen::Vector3d CheckWarp(const FieldPath& path, const v1::MeshImport& message, 
   const Eigen::Vector3d fallback = MeshImport().warp_direction;
   violations.Require(message.warp_direction().empty() || has_mesh, path,
                      [] { return "belongs to cloths made of a mesh; must be empty here"; });
-  const Eigen::Vector3d direction = CheckVector3Or(fallback, path, message.warp_direction(),
-                                                   kMaxExtent_m, "", violations);
+  const Eigen::Vector3d direction =
+      CheckVector3Or(fallback, path, message.warp_direction(), kMaxExtent_m, "", violations);
   violations.Require(direction.norm() >= kMinWarpLength, path, [&] {
     return "has the length " + NumberText(direction.norm()) + ", must be a direction: at least " +
            NumberText(kMinWarpLength);

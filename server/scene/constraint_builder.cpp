@@ -65,9 +65,9 @@ void AddGridBending(const GridTopology& grid, const GridLengths& lengths, double
   });
 }
 
-// A diagonal of a cell sheared by a small angle stretches by angle * dx dz / diagonal. Each cell has
-// one, in turn falling and rising. With both it would resist twist, too: a twisted cell whose sides
-// keep their lengths has shorter diagonals.
+// A diagonal of a cell sheared by a small angle stretches by angle * dx dz / diagonal. Each cell
+// has one, in turn falling and rising. With both it would resist twist, too: a twisted cell whose
+// sides keep their lengths has shorter diagonals.
 void AddGridShear(const GridTopology& grid, const GridLengths& lengths, double modulus,
                   ParticleSystem& system) {
   const double diagonal = std::hypot(lengths.dx, lengths.dz);

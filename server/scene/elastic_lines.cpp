@@ -29,14 +29,15 @@ class Direction {
   double& StiffnessAt(uint32_t particle) { return lines_.stiffnesses_n_per_m[entries_[particle]]; }
   void DropLinesWithoutElements() {
     const auto begin = lines_.lines.begin() + line_begin_;
-    lines_.lines.erase(std::remove_if(begin, lines_.lines.end(),
-                                      [&](const ElasticLine& line) {
-                                        return std::ranges::all_of(
-                                            std::span(lines_.stiffnesses_n_per_m)
-                                                .subspan(line.entry_begin, line.count),
-                                            [](double k) { return k == 0; });
-                                      }),
-                       lines_.lines.end());
+    lines_.lines.erase(
+        std::remove_if(
+            begin, lines_.lines.end(),
+            [&](const ElasticLine& line) {
+              return std::ranges::all_of(
+                  std::span(lines_.stiffnesses_n_per_m).subspan(line.entry_begin, line.count),
+                  [](double k) { return k == 0; });
+            }),
+        lines_.lines.end());
   }
   ElasticFamily Family(ElasticKind kind, double rest_length_m) const {
     return {kind, rest_length_m, line_begin_, static_cast<uint32_t>(lines_.lines.size())};

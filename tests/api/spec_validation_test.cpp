@@ -83,15 +83,25 @@ INSTANTIATE_TEST_SUITE_P(
                     [](auto& r) { Spec(r).mutable_mesh_import()->set_keep_lengths(true); },
                     "spec.mesh_import.keep_lengths", "must be false"},
         BadCreation{"WarpOfAGrid",
-                    [](auto& r) { Set(WarpOf(Spec(r)), {1, 0, 0}); },
+                    [](auto& r) {
+                      Set(WarpOf(Spec(r)), {1, 0, 0});
+                    },
                     "spec.mesh_import.warp_direction", "belongs to cloths made of a mesh"},
         BadCreation{"WarpWithoutDirection",
-                    [](auto& r) { Set(WarpOfAMesh(r), {0, 1e-9, 0}); },
+                    [](auto& r) {
+                      Set(WarpOfAMesh(r), {0, 1e-9, 0});
+                    },
                     "spec.mesh_import.warp_direction", "must be a direction"},
-        BadCreation{"WarpOfTwoNumbers", [](auto& r) { Set(WarpOfAMesh(r), {1, 0}); },
+        BadCreation{"WarpOfTwoNumbers",
+                    [](auto& r) {
+                      Set(WarpOfAMesh(r), {1, 0});
+                    },
                     "spec.mesh_import.warp_direction", "2"},
-        BadCreation{"WarpNotANumber", [](auto& r) { Set(WarpOfAMesh(r), {0, kNaN, 0}); },
-                    "spec.mesh_import.warp_direction", "nan"},
+        BadCreation{"WarpNotANumber",
+                    [](auto& r) {
+                      Set(WarpOfAMesh(r), {0, kNaN, 0});
+                    },
+                    "spec.mesh_import.warp_direction[1]", "nan"},
         BadCreation{"ManyGrips", [](auto& r) { Spec(r).set_max_grips(17); }, "spec.max_grips",
                     "17 is not in [0, 16]"},
         BadCreation{"NoWidth", [](auto& r) { Spec(r).mutable_grid()->set_width_m(0); },

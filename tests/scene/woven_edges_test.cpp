@@ -52,8 +52,8 @@ TEST(WovenEdges, ThreadsOfSteepCloth) {
   // A plane of the x axis that rises by `slope`, and an edge in it at 30 degrees to the x axis.
   const auto bias = [](double slope, const Vector3d& warp) {
     const Vector3d up(0, std::sin(slope), std::cos(slope));
-    const Vector3d along = std::cos(std::numbers::pi / 6) * Vector3d::UnitX() +
-                           std::sin(std::numbers::pi / 6) * up;
+    const Vector3d along =
+        std::cos(std::numbers::pi / 6) * Vector3d::UnitX() + std::sin(std::numbers::pi / 6) * up;
     return BiasOf({.i = 0, .j = 1, .opposite_vertices = {2}}, {Vector3d::Zero(), along, 2 * up},
                   warp);
   };
@@ -123,18 +123,17 @@ double Stiffness(const Sheet& sheet, const ParticleSystem& system, const Eigen::
 }
 
 // Sheared by an angle, edges along threads keep their lengths, and what the diagonals store is the
-// modulus to 1/(1 + (1 - 4 q) G/(q E)), q the bias of the diagonal: exactly for squares. Pulled along
-// its threads, the sheet has their stiffness, and at most that of the diagonals more.
+// modulus to 1/(1 + (1 - 4 q) G/(q E)), q the bias of the diagonal: exactly for squares. Pulled
+// along its threads, the sheet has their stiffness, and at most that of the diagonals more.
 TEST(WovenEdges, MeshesOfSquaresHaveTheModuli) {
   for (const auto& [a, b] : {std::pair{0.03, 0.03}, std::pair{0.03, 0.02}, std::pair{0.5, 1.0}}) {
     for (const bool is_cut_alike : {false, true}) {
       SCOPED_TRACE(std::to_string(a) + " x " + std::to_string(b));
       const Sheet sheet = MakeSheet(a, b, is_cut_alike);
-      const ParticleSystem system =
-          BuildMesh(sheet.mesh,
-                    {.stretch_stiffness_n_per_m = kStretch_n_per_m,
-                     .shear_modulus_n_per_m = kShear_n_per_m},
-                    {.warp_direction = sheet.warp});
+      const ParticleSystem system = BuildMesh(
+          sheet.mesh,
+          {.stretch_stiffness_n_per_m = kStretch_n_per_m, .shear_modulus_n_per_m = kShear_n_per_m},
+          {.warp_direction = sheet.warp});
       const double q = std::pow(a * b / (a * a + b * b), 2);
       const double shear =
           kShear_n_per_m / (1 + (1 - 4 * q) * kShear_n_per_m / (q * kStretch_n_per_m));
@@ -240,8 +239,8 @@ Resistance ResistanceOf(const ParticleSystem& system) {
 }
 
 // No choice of stiffnesses gives irregular triangles both moduli: an edge that is off a thread by
-// the angle a resists shear by a^2 of its stiffness. What is asked for here is that the shear, which
-// decides how cloth falls, is kept; threads are softer.
+// the angle a resists shear by a^2 of its stiffness. What is asked for here is that the shear,
+// which decides how cloth falls, is kept; threads are softer.
 TEST(WovenEdges, IrregularMeshesKeepTheShear) {
   struct Case {
     Triangles triangles;
