@@ -2,7 +2,6 @@
 
 #include "server/api/collider_message.h"
 #include "server/api/request_validation.h"
-#include "server/api/spec_message.h"
 #include "tests/api/bad_cases.h"
 #include "tests/api/requests.h"
 
@@ -33,14 +32,6 @@ v1::Cylinder& Cylinder(v1::CreateClothsRequest& request) {
   Set(cylinder.mutable_b_m(), {0, -1, 0});
   cylinder.set_radius_m(0.25);
   return cylinder;
-}
-
-google::protobuf::RepeatedField<double>* WarpOf(v1::ClothSpec& spec) {
-  return spec.mutable_mesh_import()->mutable_warp_direction();
-}
-google::protobuf::RepeatedField<double>* WarpOfAMesh(v1::CreateClothsRequest& request) {
-  Mesh(request);
-  return WarpOf(Spec(request));
 }
 
 using BadCreation = BadCase<v1::CreateClothsRequest>;
@@ -82,26 +73,6 @@ INSTANTIATE_TEST_SUITE_P(
         BadCreation{"LengthsOfAGrid",
                     [](auto& r) { Spec(r).mutable_mesh_import()->set_keep_lengths(true); },
                     "spec.mesh_import.keep_lengths", "must be false"},
-        BadCreation{"WarpOfAGrid",
-                    [](auto& r) {
-                      Set(WarpOf(Spec(r)), {1, 0, 0});
-                    },
-                    "spec.mesh_import.warp_direction", "belongs to cloths made of a mesh"},
-        BadCreation{"WarpWithoutDirection",
-                    [](auto& r) {
-                      Set(WarpOfAMesh(r), {0, 1e-9, 0});
-                    },
-                    "spec.mesh_import.warp_direction", "must be a direction"},
-        BadCreation{"WarpOfTwoNumbers",
-                    [](auto& r) {
-                      Set(WarpOfAMesh(r), {1, 0});
-                    },
-                    "spec.mesh_import.warp_direction", "2"},
-        BadCreation{"WarpNotANumber",
-                    [](auto& r) {
-                      Set(WarpOfAMesh(r), {0, kNaN, 0});
-                    },
-                    "spec.mesh_import.warp_direction[1]", "nan"},
         BadCreation{"ManyGrips", [](auto& r) { Spec(r).set_max_grips(17); }, "spec.max_grips",
                     "17 is not in [0, 16]"},
         BadCreation{"NoWidth", [](auto& r) { Spec(r).mutable_grid()->set_width_m(0); },
@@ -390,23 +361,6 @@ TEST(SpecValues, MeshesStretchAsWovenFabricsDo) {
   Spec(request).mutable_grid()->set_width_m(1);
   Spec(request).mutable_grid()->set_height_m(1);
   EXPECT_EQ(read().stretch_stiffness_n_per_m, 0) << "grids are inextensible";
-}
-
-TEST(SpecValues, WarpsAreKeptAsTheyAreSaid) {
-  v1::CreateClothsRequest request = GoodCreation();
-  Mesh(request);
-  const auto read = [&] {
-    const auto checked = CheckCreateCloths(request, {});
-    EXPECT_TRUE(checked.ok()) << checked.status().ToString();
-    return checked.ok() ? *checked->description : ModelDescription();
-  };
-  EXPECT_EQ(read().mesh_import.warp_direction, Eigen::Vector3d::UnitY());
-  Set(WarpOf(Spec(request)), {0.1, 0.7, -3});
-  const ModelDescription described = read();
-  EXPECT_EQ(described.mesh_import.warp_direction, Eigen::Vector3d(0.1, 0.7, -3));
-  // A snapshot holds every bit of it.
-  *Spec(request).mutable_mesh_import() = ModelToSpec(described).mesh_import();
-  EXPECT_EQ(read().mesh_import, described.mesh_import);
 }
 
 TEST(SpecValues, CollidersMoveAboutTheirPivots) {
