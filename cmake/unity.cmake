@@ -1,6 +1,7 @@
 # Units of several files, as CMAKE_UNITY_BUILD makes them, but with relative includes: CMake's own name each file by its
 # absolute path, so that another clone's compiler cache could not know them.
-# Reads the property UNITY_BUILD of targets and SKIP_UNITY_BUILD_INCLUSION of files.
+# Reads the property UNITY_BUILD of targets. As in CMake, files with SKIP_UNITY_BUILD_INCLUSION or with flags of their own
+# are compiled alone.
 function(drape_unite target)
   get_target_property(united ${target} UNITY_BUILD)
   get_target_property(kind ${target} TYPE)
@@ -15,7 +16,13 @@ function(drape_unite target)
   set(members)
   foreach(source IN LISTS sources)
     cmake_path(ABSOLUTE_PATH source BASE_DIRECTORY ${folder} NORMALIZE)
-    get_source_file_property(alone ${source} TARGET_DIRECTORY ${target} SKIP_UNITY_BUILD_INCLUSION)
+    set(alone OFF)
+    foreach(property SKIP_UNITY_BUILD_INCLUSION COMPILE_DEFINITIONS COMPILE_FLAGS COMPILE_OPTIONS INCLUDE_DIRECTORIES)
+      get_source_file_property(own ${source} TARGET_DIRECTORY ${target} ${property})
+      if(own)
+        set(alone ON)
+      endif()
+    endforeach()
     cmake_path(IS_PREFIX PROJECT_BINARY_DIR ${source} generated)
     if(source MATCHES "\\.cpp$" AND NOT alone AND NOT generated)
       list(APPEND members ${source})
