@@ -8,7 +8,7 @@
 set -euo pipefail
 arguments=("$@") header=
 for ((k = 1; k < $#; ++k)); do
-  [ "${arguments[k - 1]}" != -include ] || header=$k
+  [[ ${arguments[k - 1]} != -include || ${arguments[k]} != *.hxx ]] || header=$k  # Clang has others
 done
 
 if [ -n "${CCACHE_PREFIX:-}" ]; then
