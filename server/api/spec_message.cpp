@@ -99,6 +99,8 @@ v1::ClothSpec ModelToSpec(const ModelDescription& description) {
   if (description.mesh_import != MeshImport{}) {
     spec.mutable_mesh_import()->set_as_drawn(description.mesh_import.as_drawn);
     spec.mutable_mesh_import()->set_keep_lengths(description.mesh_import.keep_lengths);
+    Append(description.mesh_import.warp_direction,
+           spec.mutable_mesh_import()->mutable_warp_direction());
   }
   for (const uint32_t particle : description.pinned_particles) {
     spec.add_pins()->set_particle(particle);

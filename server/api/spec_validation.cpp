@@ -17,6 +17,22 @@ namespace {
 
 // Far above any gravity; a step of 10 s still gives a finite velocity in single precision.
 constexpr double kMaxAcceleration_m_per_s2 = 1e12;
+// Of the direction of the warp [-].
+constexpr double kMinWarpLength = 1e-6;
+
+Eigen::Vector3d CheckWarp(const FieldPath& path, const v1::MeshImport& message, bool has_mesh,
+                          Violations& violations) {
+  const Eigen::Vector3d fallback = MeshImport().warp_direction;
+  violations.Require(message.warp_direction().empty() || has_mesh, path,
+                     [] { return "belongs to cloths made of a mesh; must be empty here"; });
+  const Eigen::Vector3d direction =
+      CheckVector3Or(fallback, path, message.warp_direction(), kMaxExtent_m, "", violations);
+  violations.Require(direction.norm() >= kMinWarpLength, path, [&] {
+    return "has the length " + NumberText(direction.norm()) + ", must be a direction: at least " +
+           NumberText(kMinWarpLength);
+  });
+  return direction;
+}
 
 MeshImport CheckMeshImport(const FieldPath& path, const v1::ClothSpec& spec,
                            Violations& violations) {
@@ -27,7 +43,9 @@ MeshImport CheckMeshImport(const FieldPath& path, const v1::ClothSpec& spec,
     return value;
   };
   return {.as_drawn = require(message.as_drawn(), "as_drawn"),
-          .keep_lengths = require(message.keep_lengths(), "keep_lengths")};
+          .keep_lengths = require(message.keep_lengths(), "keep_lengths"),
+          .warp_direction =
+              CheckWarp(path.Child("warp_direction"), message, spec.has_mesh(), violations)};
 }
 
 }  // namespace

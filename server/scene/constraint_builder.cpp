@@ -5,6 +5,7 @@
 
 #include "server/scene/hinge_fit.h"
 #include "server/scene/mesh.h"
+#include "server/scene/woven_edges.h"
 
 namespace drape {
 
@@ -64,12 +65,15 @@ void AddGridBending(const GridTopology& grid, const GridLengths& lengths, double
   });
 }
 
-// Both diagonals of a cell sheared by a small angle stretch by angle * dx dz / diagonal.
+// A diagonal of a cell sheared by a small angle stretches by angle * dx dz / diagonal. Each cell
+// has one, in turn falling and rising. With both it would resist twist, too: a twisted cell whose
+// sides keep their lengths has shorter diagonals.
 void AddGridShear(const GridTopology& grid, const GridLengths& lengths, double modulus,
                   ParticleSystem& system) {
   const double diagonal = std::hypot(lengths.dx, lengths.dz);
-  const double stiffness = modulus * diagonal * diagonal / (2 * lengths.dx * lengths.dz);
+  const double stiffness = modulus * diagonal * diagonal / (lengths.dx * lengths.dz);
   const auto add = [&](uint32_t i, uint32_t j) {
+    if ((i / grid.columns + i % grid.columns) % 2 == 1) return;
     system.elastic_elements.push_back(ShearDiagonal(i, j, diagonal, stiffness));
   };
   ForEachGridPair(grid, 1, 1, add);
@@ -114,6 +118,18 @@ double AreaAround(const MeshEdge& edge, const std::vector<Eigen::Vector3d>& posi
     area += TriangleArea(positions_m[edge.i], positions_m[edge.j], positions_m[k]);
   }
   return area;
+}
+
+// Compliance of an edge of a mesh: of woven cloth between that along a thread and that halfway
+// between warp and weft (server/solver/method.md, "apply_elastic").
+double MeshEdgeCompliance(const StructuralMaterial& material, const MeshEdge& edge, double length,
+                          const std::vector<Eigen::Vector3d>& positions_m,
+                          const Eigen::Vector3d& warp_direction) {
+  const double width = AreaAround(edge, positions_m) / length;
+  const double threads = EdgeCompliance(material, length, width);
+  if (material.shear_modulus_n_per_m == 0) return threads;
+  const double bias = BiasOf(edge, positions_m, warp_direction);
+  return (1 - 4 * bias) * threads + bias * length / (material.shear_modulus_n_per_m * width);
 }
 
 // A third of the mass of each triangle per corner; the mean of those for vertices without triangle.
@@ -209,7 +225,7 @@ ParticleSystem BuildMesh(const TriangleMesh& drawn, const StructuralMaterial& ma
          .j = edge.j,
          .rest_length_m = length,
          .compliance_m_per_n =
-             EdgeCompliance(material, length, AreaAround(edge, mesh.positions_m) / length)});
+             MeshEdgeCompliance(material, edge, length, mesh.positions_m, import.warp_direction)});
     if (material.bending_rigidity_n_m > 0) AddHinges(edge, material.bending_rigidity_n_m, system);
     if (material.bending_stiffness_n_per_m > 0) {
       AddBendingSprings(edge, material.bending_stiffness_n_per_m, system);

@@ -81,7 +81,7 @@ struct StructuralMaterial {
   double bending_stiffness_n_per_m = 0;  // >= 0; grids and meshes, paper section 4.1
   double bending_rigidity_n_m = 0;       // >= 0; grids and meshes; moment per width and curvature
   double shear_stiffness_n_per_m = 0;    // >= 0; grids
-  double shear_modulus_n_per_m = 0;      // >= 0; grids; shear modulus times thickness
+  double shear_modulus_n_per_m = 0;      // >= 0; grids and meshes; shear modulus times thickness
 };
 
 // Stretch stiffness of meshes described without any [N/m]: that of woven fabrics, which stretch by
@@ -111,6 +111,8 @@ struct RigidTransform {
 struct MeshImport {
   bool as_drawn = false;      // without repair (mesh_repair.h)
   bool keep_lengths = false;  // edges without room at the start are not let out (start_fitting.h)
+  // Of a mesh with a shear modulus: along which its threads run, of any length (woven_edges.h).
+  Eigen::Vector3d warp_direction = Eigen::Vector3d::UnitY();
 
   bool operator==(const MeshImport&) const = default;
 };

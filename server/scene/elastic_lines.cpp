@@ -27,6 +27,18 @@ class Direction {
 
   uint32_t stride() const { return stride_; }
   double& StiffnessAt(uint32_t particle) { return lines_.stiffnesses_n_per_m[entries_[particle]]; }
+  void DropLinesWithoutElements() {
+    const auto begin = lines_.lines.begin() + line_begin_;
+    lines_.lines.erase(
+        std::remove_if(
+            begin, lines_.lines.end(),
+            [&](const ElasticLine& line) {
+              return std::ranges::all_of(
+                  std::span(lines_.stiffnesses_n_per_m).subspan(line.entry_begin, line.count),
+                  [](double k) { return k == 0; });
+            }),
+        lines_.lines.end());
+  }
   ElasticFamily Family(ElasticKind kind, double rest_length_m) const {
     return {kind, rest_length_m, line_begin_, static_cast<uint32_t>(lines_.lines.size())};
   }
@@ -79,6 +91,8 @@ void AddFamily(std::span<const ElasticElement> elements, ElasticKind kind,
     direction.StiffnessAt(element.particles[0]) = element.stiffness_n_per_m;
     rest_length_m = element.rest_length_m;
   }
+  // Of the diagonals in one direction, every second line.
+  if (kind == ElasticKind::kDiagonals) direction.DropLinesWithoutElements();
   lines.families.push_back(direction.Family(kind, rest_length_m));
 }
 

@@ -48,7 +48,6 @@ inline constexpr std::array kStructuralFields{
     StructuralField{.name = "shear_modulus_n_per_m",
                     .member = &StructuralMaterial::shear_modulus_n_per_m,
                     .range = {0, kMaxCoefficient, "N/m"},
-                    .is_of_meshes = false,
                     .is_refused_elsewhere = true},
 };
 

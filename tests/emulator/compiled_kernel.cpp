@@ -21,8 +21,8 @@ namespace {
 namespace fs = std::filesystem;
 
 // Rounded as written; frames that barriers can compare, and no call of theirs twice in the code.
-constexpr const char* kCompile = DRAPE_EMULATOR_COMPILER
-    " -std=c++20 -O1 -g1 -fPIC -shared -fvisibility=hidden -ffp-contract=off"
+constexpr const char* kFlags =
+    " -std=c++20 -O1 -g1 -fPIC -fvisibility=hidden -ffp-contract=off"
     " -fno-omit-frame-pointer -fno-optimize-sibling-calls -fno-thread-jumps "
     "-fno-tree-dominator-opts -fno-strict-aliasing -w";
 constexpr const char* kOwnFiles[] = {"translate.py", "glsl.h", "glsl_vectors.h",
@@ -46,7 +46,7 @@ void RunOrDie(const std::string& command) {
   DRAPE_CHECK(ending.exit_status == 0, command + "\n" + ending.text);
 }
 
-// Writes `path`.so, under another name until it is whole.
+// Writes `path`.so, in another folder until it is whole.
 void Compile(const std::string& path, const std::string& glsl,
              const std::vector<gl::SourceLine>& lines) {
   const std::string own = path + "." + std::to_string(getpid());
@@ -54,26 +54,30 @@ void Compile(const std::string& path, const std::string& glsl,
   for (const gl::SourceLine& line : lines) {
     origins += line.file + ":" + std::to_string(line.line) + "\n";
   }
-  bench::WriteFile(own + ".glsl", glsl);
-  bench::WriteFile(own + ".lines", origins);
-  RunOrDie("python3 -B '" + OwnPath("translate.py") + "' '" + own + ".glsl' '" + own +
-           ".lines' > '" + own + ".cpp'");
-  RunOrDie(std::string(kCompile) + " -o '" + own + ".so' '" + own + ".cpp'");
-  fs::rename(own + ".so", path + ".so");
-  for (const char* ending : {".glsl", ".lines", ".cpp"}) fs::remove(own + ending);
+  bench::WriteFile(own + "/kernel.glsl", glsl);
+  bench::WriteFile(own + "/kernel.lines", origins);
+  // Compiled apart from linking, under names that are always the same: the compiler's cache knows
+  // it in a new build folder.
+  const std::string compiler = test::CompilerCommand();
+  RunOrDie("cd '" + own + "' && python3 -B '" + OwnPath("translate.py") +
+           "' kernel.glsl kernel.lines > kernel.cpp && " + compiler + kFlags + " -I '" +
+           OwnPath("") + "' -c kernel.cpp -o kernel.o && " + compiler +
+           " -shared kernel.o -o kernel.so");
+  fs::rename(own + "/kernel.so", path + ".so");
+  fs::remove_all(own);
 }
 
 std::string PathOf(const std::string& text, const std::vector<gl::SourceLine>& lines) {
   static const std::string own = [] {
-    std::string all = kCompile;
+    std::string all = kFlags;
     for (const char* file : kOwnFiles) all += bench::ReadText(OwnPath(file));
     return all + bench::ReadText(test::SourcePath("tests/bench/kernels/translate.py"));
   }();
   std::string all = own + text;
   for (const gl::SourceLine& line : lines) all += line.file + std::to_string(line.line);
   std::ostringstream name;
-  name << DRAPE_EMULATOR_FOLDER << "/" << std::hex << std::hash<std::string>()(all);
-  return name.str();
+  name << std::hex << std::hash<std::string>()(all);
+  return test::BuildPath("tests/emulator/kernels/" + name.str()).string();
 }
 
 }  // namespace

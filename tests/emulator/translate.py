@@ -179,9 +179,8 @@ class Translation:
         self.find_memory()
         for part, line in self.parts:
             self.add(part, line)
-        prelude = os.path.join(os.path.dirname(os.path.abspath(__file__)), "glsl.h")
         join = "\n".join
-        return (f'#include "{prelude}"\n#define float Float\n' + join(self.before) +
+        return ('#include "glsl.h"\n#define float Float\n' + join(self.before) +
                 "\nstruct Shader : Invocation {\nusing Invocation::Invocation;\n" + join(self.references) + "\n" +
                 join(self.members) + '\n};\n#line 1 "kernel"\nvoid RunInvocation(const Ids& ids) {\n' +
                 "Shader shader(ids);\nshader.Main();\n}\n" +

@@ -8,6 +8,8 @@
 #include <regex>
 #include <set>
 
+#include "tests/support/paths/paths.h"
+
 namespace drape {
 namespace {
 
@@ -52,7 +54,7 @@ TEST(Metrics, TheDashboardShowsTheNumbersThatThereAre) {
   ServerNumbers numbers;
   numbers.checkpoint_age_s = 1;
   const std::string text = MetricsText(numbers);
-  std::ifstream file(DRAPE_DOCKER_DIR "/monitoring/drape.json");
+  std::ifstream file(test::SourcePath("docker/monitoring/drape.json"));
   ASSERT_TRUE(file.is_open());
   const nlohmann::json board = nlohmann::json::parse(file);
   std::set<std::string> asked;

@@ -82,18 +82,20 @@ TEST_P(Moduli, AHungSheetIsLongerByItsWeight) {
 }
 
 // The angle in equilibrium of a column of cells that carries `load_n` across: all cells of the
-// column, of diagonals d and spacings a, b, have the same shear, and their energy is that of their
-// diagonals, sqrt(d^2 +- 2 a b sin t) - d long. Bisection of dU/dt = load a cos t.
-double ShearAngle(double load_n, double a, double b, uint32_t cells, double modulus) {
+// column, of spacings a and b, have the same shear, and their energy is that of their diagonals,
+// sqrt(d^2 + 2 a b sin t) - d longer where they fall, sqrt(d^2 - 2 a b sin t) - d where they rise.
+// Bisection of dU/dt = load a cos t.
+double ShearAngle(double load_n, double a, double b, uint32_t falling, uint32_t rising,
+                  double modulus) {
   const double d = std::hypot(a, b);
-  const double k = modulus * d * d / (2 * a * b);
+  const double k = modulus * d * d / (a * b);
   const auto moment = [&](double t) {
     double sum = 0;
-    for (const double sign : {-1.0, 1.0}) {
+    for (const auto& [cells, sign] : {std::pair{falling, 1.0}, std::pair{rising, -1.0}}) {
       const double length = std::sqrt(d * d + sign * 2 * a * b * std::sin(t));
-      sum += k * (length - d) * sign * a * b * std::cos(t) / length;
+      sum += cells * k * (length - d) * sign * a * b * std::cos(t) / length;
     }
-    return cells * sum - load_n * a * std::cos(t);
+    return sum - load_n * a * std::cos(t);
   };
   double low = 0, high = 1;
   for (int bisection = 0; bisection < 100; ++bisection) {
@@ -112,14 +114,16 @@ TEST_P(Moduli, ASheetHeldByItsSideSinksByShear) {
     SCOPED_TRACE(columns);
     Scene scene =
         HeldSheet(columns, rows, kLength_m, kHeight_m, {.shear_modulus_n_per_m = kModulus}, false);
-    scene.parameters.settings.max_iterations = 10;
+    scene.parameters.settings.max_iterations = 100;
     const double dx = kLength_m / (columns - 1), dz = kHeight_m / (rows - 1);
     double x = 0, z = 0;
     for (uint32_t column = 0; column < columns; ++column) {
       if (column > 0) {
         const double load_n = kDensity_kg_per_m2 * kGravity_m_per_s2 * kLength_m * kHeight_m *
                               (columns - column) / columns;
-        const double angle = ShearAngle(load_n, dx, dz, rows - 1, kModulus);
+        // Of the cells before it, in turn; the first of the first column falls.
+        const uint32_t falling = (rows - 1 + column % 2) / 2;
+        const double angle = ShearAngle(load_n, dx, dz, falling, rows - 1 - falling, kModulus);
         x += dx * std::cos(angle);
         z += dx * std::sin(angle);
       }
@@ -139,6 +143,39 @@ TEST_P(Moduli, ASheetHeldByItsSideSinksByShear) {
     const double rounding = 8 * round_off() * kLength_m * columns * columns;
     ExpectOrder(motions, 2, rounding);
     ExpectLimit(motions, 2, 0, rounding, "motion");
+  }
+}
+
+// A woven mesh that is held like that, cut crosswise. It sinks by shear as the grid does, and as a
+// beam of its threads by 3 w L^4 / 2 E H^2: together w L^2 (1/2G + 3 L^2 / 2 E H^2). Bounds: (2
+// a)^2 relative for angles up to a = w L / G, 2 G / E since diagonals resist stretch, too, and
+// 1/n^2 of the beam, n rows of threads.
+TEST_P(Moduli, AWovenMeshSinksByShear) {
+  constexpr double kLength_m = 0.5, kHeight_m = 0.4, kModulus = 20;
+  constexpr double kStretch = 2e5;  // so stiff that its sections cannot warp
+  for (const auto& [columns, rows] : {std::pair{11u, 9u}, std::pair{18u, 11u}}) {
+    SCOPED_TRACE(columns);
+    std::vector<uint32_t> pins;
+    for (uint32_t row = 0; row < rows; ++row) pins.push_back(row * columns);
+    Scene scene =
+        MeshedGrid(columns, rows, kLength_m, kHeight_m, pins,
+                   {.stretch_stiffness_n_per_m = kStretch, .shear_modulus_n_per_m = kModulus});
+    scene.parameters.gravity_m_per_s2 = {0, 0, kGravity_m_per_s2};
+    scene.parameters.damping_per_s = 8;
+    const std::vector<Vector3d> ends_m = StateAfter(scene, 90).positions_m;
+    double sinking_m = 0;
+    for (uint32_t row = 0; row < rows; ++row) {
+      const uint32_t end = (row + 1) * columns - 1;
+      sinking_m += (ends_m[end].z() - scene.state.positions_m[end].z()) / rows;
+    }
+    const double weight_n_per_m2 = kDensity_kg_per_m2 * kGravity_m_per_s2;
+    const double by_shear_m = weight_n_per_m2 * kLength_m * kLength_m / (2 * kModulus);
+    const double by_bending_m =
+        3 * weight_n_per_m2 * std::pow(kLength_m, 4) / (2 * kStretch * kHeight_m * kHeight_m);
+    const double angle = weight_n_per_m2 * kLength_m / kModulus;
+    EXPECT_NEAR(sinking_m, by_shear_m + by_bending_m,
+                by_shear_m * (4 * angle * angle + 2 * kModulus / kStretch) +
+                    by_bending_m / ((rows - 1) * (rows - 1)));
   }
 }
 

@@ -9,14 +9,16 @@
 #include <vector>
 
 #include "server/core/check.h"
+#include "tests/support/paths/paths.h"
 
 namespace drape::test {
 
 class Descriptors {
  public:
   Descriptors() {
-    std::ifstream file(DRAPE_DESCRIPTORS, std::ios::binary);
-    DRAPE_CHECK(set_.ParseFromIstream(&file), "no descriptor set at " DRAPE_DESCRIPTORS);
+    const auto path = BuildPath("proto/drape_v1.binpb");
+    std::ifstream file(path, std::ios::binary);
+    DRAPE_CHECK(set_.ParseFromIstream(&file), "no descriptor set at " + path.string());
     for (const auto& one : set_.file()) pool_.BuildFile(one);
   }
 

@@ -93,6 +93,7 @@ TEST_F(Naming, RealNumbersCarryTheirUnit) {
                                               "rotations_xyzw",
                                               "max_solves_per_step",
                                               "view_direction",
+                                              "warp_direction",
                                               "up",
                                               "scale",
                                               "scales",
@@ -122,7 +123,7 @@ TEST_F(Naming, ListsArePlural) {
   const char* kVectors =
       "gravity_.*|center_m|point_m|a_m|b_m|normal|position_m|rotation_xyzw|target_m|"
       "environment_origin_m|over_s|shape|eye_m|up|view_direction|include_m|range|wind_.*|"
-      "rotations_xyzw|velocity_m_per_s|angular_velocity_rad_per_s|pivot_m";
+      "rotations_xyzw|velocity_m_per_s|angular_velocity_rad_per_s|pivot_m|warp_direction";
   for (const Descriptor* message : descriptors_.Messages()) {
     for (int k = 0; k < message->field_count(); ++k) {
       const FieldDescriptor* field = message->field(k);

@@ -126,8 +126,8 @@ TEST(HingeTest, RestsAtTheAngleOfTheMesh) {
   EXPECT_NEAR(hinge.weights[0] + hinge.weights[1] + hinge.weights[2] + hinge.weights[3], 0, 1e-15);
 }
 
-// Both diagonals of a cell stretch by a dx dz / diagonal to first order in the angle a; the second
-// order, of the other sign for one of them, leaves a relative a^2.
+// The diagonal of a cell stretches by a dx dz / diagonal to first order in the angle a; the second
+// order, of the other sign in the next cell, leaves a relative a^2.
 TEST(GridShearTest, StoresHalfTheModulusTimesTheSquareOfTheAngle) {
   for (const GridTopology& grid :
        {GridTopology{5, 5, 1, 1}, GridTopology{45, 27, 0.7, 0.9}, GridTopology{3, 20, 0.2, 0.1}}) {
@@ -142,6 +142,22 @@ TEST(GridShearTest, StoresHalfTheModulusTimesTheSquareOfTheAngle) {
     EXPECT_NEAR(Energy(system.elastic_elements, p), expected,
                 std::pow(kAngle * aspect, 2) * expected + 1e-9 * expected);
   }
+}
+
+// With both, a cell would resist twist by its shear modulus (server/solver/method.md).
+TEST(GridShearTest, EachCellHasOneDiagonalInTurn) {
+  const GridTopology grid{6, 5, 0.5, 0.4};
+  const ParticleSystem system = BuildGrid(grid, {.shear_modulus_n_per_m = 40});
+  std::vector<int> diagonals(size_t{grid.columns - 1} * (grid.rows - 1), 0);
+  for (const ElasticElement& element : system.elastic_elements) {
+    const auto [i, j, unused, other] = element.particles;
+    const bool falls = j - i == grid.columns + 1;
+    EXPECT_EQ(j - i, falls ? grid.columns + 1 : grid.columns - 1);
+    const uint32_t row = i / grid.columns, column = i % grid.columns - (falls ? 0 : 1);
+    EXPECT_EQ(falls, (row + column) % 2 == 0);
+    ++diagonals[row * (grid.columns - 1) + column];
+  }
+  EXPECT_EQ(diagonals, std::vector<int>(diagonals.size(), 1));
 }
 
 double StretchEnergy(const ParticleSystem& system, const std::vector<Vector3d>& p) {
@@ -193,9 +209,12 @@ TEST(ElasticSharesTest, NoParticleIsClaimedForMoreThanItsMass) {
     std::vector<double> v(w.size());
     double kinetic = 0, of_elements = 0;
     for (uint32_t i = 0; i < v.size(); ++i) {
-      // Alternating like the fastest mode, or anything.
-      v[i] =
-          sample == 0 ? ((i % 7 + i / 7) % 2 == 0 ? 1 : -1) : std::sin(12.9898 * (sample * 40 + i));
+      // The fastest modes of bending, row against row, and of diagonals, which join every second
+      // particle; or anything.
+      const uint32_t row = i / 7, column = i % 7;
+      if (sample == 0) v[i] = (row + column) % 2 == 0 ? 1 : -1;
+      if (sample == 1) v[i] = (row + column) % 2 == 1 ? 0 : (row % 2 == 0 ? 1 : -1);
+      if (sample > 1) v[i] = std::sin(12.9898 * (sample * 40 + i));
       if (w[i] == 0) v[i] = 0;
       if (w[i] > 0) kinetic += v[i] * v[i] / (2 * w[i]);
     }

@@ -53,6 +53,9 @@ class SavedStates : public testing::TestWithParam<std::string> {
     return seen;
   }
 
+  void ExpectGoingOn(uint32_t seed);
+  void ExpectLoadsAsPartOfAStep(uint32_t seed);
+
   InProcessServer server_{GetParam()};
   std::unique_ptr<Stub> stub_ = server_.NewStub();
   std::string session_;
@@ -60,92 +63,119 @@ class SavedStates : public testing::TestWithParam<std::string> {
 INSTANTIATE_TEST_SUITE_P(Backends, SavedStates, testing::ValuesIn(BackendNames()),
                          [](const auto& test) { return test.param; });
 
+// Three scenes of each kind. On gl nearly all of the time is compiling kernels.
+using SavedStatesLong = SavedStates;
+INSTANTIATE_TEST_SUITE_P(Backends, SavedStatesLong, testing::Values("reference", "cpu"),
+                         [](const auto& test) { return test.param; });
+constexpr uint32_t kEachKind = 8, kThreeOfEachKind = 24;
+
 // Save, go on, change what can be changed, load, go on: the same requests have the same answers.
+void SavedStates::ExpectGoingOn(uint32_t seed) {
+  RandomTraffic traffic(seed, GetParam() != "gl");
+  v1::CreateClothsRequest creation = traffic.Creation(session_);
+  const Ids ids = Create(*stub_, creation);
+  for (uint32_t k = 0; k < 4; ++k) Step(*stub_, traffic.Steps(session_, ids));
+  const std::string name = std::to_string(seed);
+  const auto saved = Save(name, ids);
+  ASSERT_TRUE(saved.status.ok()) << saved.status.error_message();
+  EXPECT_EQ(saved.value.cloths(), ids.size());
+  const std::string before = Seen(ids);
+
+  std::vector<v1::StepRequest> requests;
+  std::vector<std::string> answers;
+  for (uint32_t k = 0; k < 4; ++k) {
+    requests.push_back(traffic.Steps(session_, ids));
+    answers.push_back(AnswerText(Step(*stub_, requests.back())));
+  }
+  const std::string after = Seen(ids);
+  traffic.Disturb(*stub_, session_, ids);
+
+  const grpc::Status loaded = Load(name, ids);
+  ASSERT_TRUE(loaded.ok()) << loaded.error_message();
+  ASSERT_TRUE(Seen(ids) == before);
+  for (size_t k = 0; k < requests.size(); ++k) {
+    ASSERT_EQ(AnswerText(Step(*stub_, requests[k])), answers[k]) << "request " << k;
+  }
+  ASSERT_TRUE(Seen(ids) == after);
+
+  // Others, too, become what was saved, each alone: another slot, another batch.
+  ASSERT_TRUE(Load(name, {ids[2]}, {ids[0]}).ok());
+  ASSERT_TRUE(Load(name, {ids[0]}).ok());
+  for (const v1::StepRequest& request : requests) {
+    Step(*stub_, traffic.OnlyFor(request, ids[0], ids[0]));
+    Step(*stub_, traffic.OnlyFor(request, ids[0], ids[2]));
+  }
+  EXPECT_TRUE(Seen({ids[0]}) == Seen({ids[2]}));
+  v1::DeleteClothsRequest deletion;
+  deletion.set_session(session_);
+  for (const uint64_t id : ids) deletion.add_cloth_ids(id);
+  ASSERT_TRUE(Call(*stub_, &Stub::DeleteCloths, deletion).status.ok());
+}
+
 TEST_P(SavedStates, RandomScenesGoOnWithTheSameBits) {
-  // Each kind once on gl, where nearly all of the time is compiling kernels.
-  const uint32_t seeds = GetParam() == "gl" ? 8 : 24;
-  for (uint32_t seed = 0; seed < seeds; ++seed) {
+  for (uint32_t seed = 0; seed < kEachKind; ++seed) {
     SCOPED_TRACE("seed " + std::to_string(seed));
-    RandomTraffic traffic(seed, GetParam() != "gl");
-    v1::CreateClothsRequest creation = traffic.Creation(session_);
-    const Ids ids = Create(*stub_, creation);
-    for (uint32_t k = 0; k < 4; ++k) Step(*stub_, traffic.Steps(session_, ids));
-    const std::string name = std::to_string(seed);
-    const auto saved = Save(name, ids);
-    ASSERT_TRUE(saved.status.ok()) << saved.status.error_message();
-    EXPECT_EQ(saved.value.cloths(), ids.size());
-    const std::string before = Seen(ids);
+    ASSERT_NO_FATAL_FAILURE(ExpectGoingOn(seed));
+  }
+}
 
-    std::vector<v1::StepRequest> requests;
-    std::vector<std::string> answers;
-    for (uint32_t k = 0; k < 4; ++k) {
-      requests.push_back(traffic.Steps(session_, ids));
-      answers.push_back(AnswerText(Step(*stub_, requests.back())));
-    }
-    const std::string after = Seen(ids);
-    traffic.Disturb(*stub_, session_, ids);
-
-    const grpc::Status loaded = Load(name, ids);
-    ASSERT_TRUE(loaded.ok()) << loaded.error_message();
-    ASSERT_TRUE(Seen(ids) == before);
-    for (size_t k = 0; k < requests.size(); ++k) {
-      ASSERT_EQ(AnswerText(Step(*stub_, requests[k])), answers[k]) << "request " << k;
-    }
-    ASSERT_TRUE(Seen(ids) == after);
-
-    // Others, too, become what was saved, each alone: another slot, another batch.
-    ASSERT_TRUE(Load(name, {ids[2]}, {ids[0]}).ok());
-    ASSERT_TRUE(Load(name, {ids[0]}).ok());
-    for (const v1::StepRequest& request : requests) {
-      Step(*stub_, traffic.OnlyFor(request, ids[0], ids[0]));
-      Step(*stub_, traffic.OnlyFor(request, ids[0], ids[2]));
-    }
-    EXPECT_TRUE(Seen({ids[0]}) == Seen({ids[2]}));
-    v1::DeleteClothsRequest deletion;
-    deletion.set_session(session_);
-    for (const uint64_t id : ids) deletion.add_cloth_ids(id);
-    ASSERT_TRUE(Call(*stub_, &Stub::DeleteCloths, deletion).status.ok());
+TEST_P(SavedStatesLong, MoreRandomScenesGoOnWithTheSameBits) {
+  for (uint32_t seed = kEachKind; seed < kThreeOfEachKind; ++seed) {
+    SCOPED_TRACE("seed " + std::to_string(seed));
+    ASSERT_NO_FATAL_FAILURE(ExpectGoingOn(seed));
   }
 }
 
 // One call is as good as two, bit for bit, also where pins, colliders and model have changed since
 // the cloths were saved: controls are those of what the cloths become.
+void SavedStates::ExpectLoadsAsPartOfAStep(uint32_t seed) {
+  RandomTraffic traffic(seed, GetParam() != "gl");
+  const Ids ids = Create(*stub_, traffic.Creation(session_));
+  for (uint32_t k = 0; k < 3; ++k) Step(*stub_, traffic.Steps(session_, ids));
+  const std::string name = std::to_string(seed);
+  ASSERT_TRUE(Save(name, ids).status.ok());
+  v1::StepRequest request = traffic.Steps(session_, ids);
+  traffic.Disturb(*stub_, session_, ids);
+  ASSERT_TRUE(Load(name, ids).ok());
+  const std::string answer = AnswerText(Step(*stub_, request));
+  const std::string after = Seen(ids);
+
+  traffic.Disturb(*stub_, session_, ids);
+  *request.mutable_loads() = Loads(name, ids);
+  request.set_expected_step(1'000'000);  // not asked of what is loaded
+  ASSERT_EQ(AnswerText(Step(*stub_, request)), answer);
+  ASSERT_TRUE(Seen(ids) == after);
+
+  // Some of the cloths of a request, of which one becomes another.
+  traffic.Disturb(*stub_, session_, ids);
+  request.clear_expected_step();
+  request.clear_loads();
+  v1::StepRequest itself = traffic.OnlyFor(request, ids[0], ids[0]);
+  *itself.mutable_loads() = Loads(name, {ids[0]});
+  v1::StepRequest other = traffic.OnlyFor(request, ids[0], ids[2]);
+  *other.mutable_loads() = Loads(name, {ids[2]}, {ids[0]});
+  Step(*stub_, itself);
+  Step(*stub_, other);
+  EXPECT_TRUE(Seen({ids[0]}) == Seen({ids[2]}));
+  v1::DeleteClothsRequest deletion;
+  deletion.set_session(session_);
+  for (const uint64_t id : ids) deletion.add_cloth_ids(id);
+  ASSERT_TRUE(Call(*stub_, &Stub::DeleteCloths, deletion).status.ok());
+}
+
 TEST_P(SavedStates, LoadsAsPartOfAStep) {
-  const uint32_t seeds = GetParam() == "gl" ? 3 : 24;  // with springs, bending, colliders
+  // With springs, bending, colliders.
+  const uint32_t seeds = GetParam() == "gl" ? 3 : kEachKind;
   for (uint32_t seed = 0; seed < seeds; ++seed) {
     SCOPED_TRACE("seed " + std::to_string(seed));
-    RandomTraffic traffic(seed, GetParam() != "gl");
-    const Ids ids = Create(*stub_, traffic.Creation(session_));
-    for (uint32_t k = 0; k < 3; ++k) Step(*stub_, traffic.Steps(session_, ids));
-    const std::string name = std::to_string(seed);
-    ASSERT_TRUE(Save(name, ids).status.ok());
-    v1::StepRequest request = traffic.Steps(session_, ids);
-    traffic.Disturb(*stub_, session_, ids);
-    ASSERT_TRUE(Load(name, ids).ok());
-    const std::string answer = AnswerText(Step(*stub_, request));
-    const std::string after = Seen(ids);
+    ASSERT_NO_FATAL_FAILURE(ExpectLoadsAsPartOfAStep(seed));
+  }
+}
 
-    traffic.Disturb(*stub_, session_, ids);
-    *request.mutable_loads() = Loads(name, ids);
-    request.set_expected_step(1'000'000);  // not asked of what is loaded
-    ASSERT_EQ(AnswerText(Step(*stub_, request)), answer);
-    ASSERT_TRUE(Seen(ids) == after);
-
-    // Some of the cloths of a request, of which one becomes another.
-    traffic.Disturb(*stub_, session_, ids);
-    request.clear_expected_step();
-    request.clear_loads();
-    v1::StepRequest itself = traffic.OnlyFor(request, ids[0], ids[0]);
-    *itself.mutable_loads() = Loads(name, {ids[0]});
-    v1::StepRequest other = traffic.OnlyFor(request, ids[0], ids[2]);
-    *other.mutable_loads() = Loads(name, {ids[2]}, {ids[0]});
-    Step(*stub_, itself);
-    Step(*stub_, other);
-    EXPECT_TRUE(Seen({ids[0]}) == Seen({ids[2]}));
-    v1::DeleteClothsRequest deletion;
-    deletion.set_session(session_);
-    for (const uint64_t id : ids) deletion.add_cloth_ids(id);
-    ASSERT_TRUE(Call(*stub_, &Stub::DeleteCloths, deletion).status.ok());
+TEST_P(SavedStatesLong, MoreLoadAsPartOfAStep) {
+  for (uint32_t seed = kEachKind; seed < kThreeOfEachKind; ++seed) {
+    SCOPED_TRACE("seed " + std::to_string(seed));
+    ASSERT_NO_FATAL_FAILURE(ExpectLoadsAsPartOfAStep(seed));
   }
 }
 

@@ -127,6 +127,7 @@ FuzzOutcome ImportMesh(std::string_view bytes) {
   if ((at(0) & 8) != 0) spec.mutable_material()->set_bending_stiffness_n_per_m(1);
   if ((at(0) & 16) != 0) spec.mutable_self_collision();
   if ((at(0) & 32) != 0) spec.add_pins()->set_particle(0);
+  if ((at(0) & 64) != 0) spec.mutable_material()->set_shear_modulus_n_per_m(40);
   const Status status = CheckCreation(request);
   if (status.ok()) return FuzzOutcome::kAccepted;
   CheckRefusal(status);

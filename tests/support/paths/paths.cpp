@@ -16,4 +16,12 @@ std::filesystem::path ProgramPath(const std::string& name) {
   return bin / name;
 }
 
+std::filesystem::path BuildPath(const std::string& relative) {
+  return std::filesystem::path(DRAPE_BUILD_DIR) / relative;
+}
+
+std::string CompilerCommand() {
+  return DRAPE_COMPILER;
+}
+
 }  // namespace drape::test

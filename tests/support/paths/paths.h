@@ -11,4 +11,8 @@ namespace drape::test {
 std::filesystem::path SourcePath(const std::string& relative);
 std::filesystem::path ProgramPath(const std::string& name);
 
+// What only tests beside the build read, and the command that compiles C++ there, with its cache.
+std::filesystem::path BuildPath(const std::string& relative);
+std::string CompilerCommand();
+
 }  // namespace drape::test

@@ -123,6 +123,12 @@ class EightColumns {
   NumberRow Dampings(GridFamily family, size_t row) const {
     return {strengths_.Dampings(family) + row * pitch_};
   }
+  // Rows of vectors begin at even columns.
+  HWY_INLINE static Vectors8 WhereEven(uint32_t row, int, const Vectors8& a, const Vectors8& b) {
+    alignas(32) static constexpr float kLanes[] = {1, -1, 1, -1, 1, -1, 1, -1, 1};
+    const Mask8 is_even = LoadEight(kLanes + row % 2) > Vec8{};
+    return {Select(is_even, a.x, b.x), Select(is_even, a.y, b.y), Select(is_even, a.z, b.z)};
+  }
   HWY_INLINE void Push(size_t row, int column, const Vectors8& force) const {
     const Vec8 factor =
         LoadEight(strengths_.inverse_masses.data() + row * pitch_ + column) * duration_;

@@ -9,17 +9,21 @@ namespace drape::cpu {
 namespace {
 
 GridFamily FamilyOf(const ElasticElement& element, uint32_t columns) {
-  const auto& [first, second, third, fourth] = element.particles;
+  const uint32_t first = element.particles[0], third = element.particles[2];
   if (element.weights[3] != 0) return GridFamily::kCells;
   if (element.weights[2] != 0) {
     const bool is_along_rows = columns > 1 && third - first == 1;
     return is_along_rows ? GridFamily::kRodsAlongRows : GridFamily::kRodsAlongColumns;
   }
-  return second - first == columns + 1 ? GridFamily::kFalling : GridFamily::kRising;
+  return GridFamily::kDiagonals;
 }
 
-bool IsDiagonal(GridFamily family) {
-  return family == GridFamily::kFalling || family == GridFamily::kRising;
+// The particle that the element is at.
+uint32_t PlaceOf(const ElasticElement& element, GridFamily family, uint32_t columns) {
+  const uint32_t first = element.particles[0];
+  const bool rises =
+      family == GridFamily::kDiagonals && element.particles[1] - first == columns - 1;
+  return rises ? first - 1 : first;
 }
 
 }  // namespace
@@ -32,8 +36,9 @@ GridElements::GridElements(const SceneModel& model)
   for (uint32_t e = 0; e < model.elastic_count(); ++e) {
     const ElasticElement& element = model.elastic_elements()[e];
     const GridFamily family = FamilyOf(element, columns);
-    (IsDiagonal(family) ? has_shear : has_bending) = true;
-    const uint32_t row = element.particles[0] / columns, column = element.particles[0] % columns;
+    (family == GridFamily::kDiagonals ? has_shear : has_bending) = true;
+    const uint32_t place = PlaceOf(element, family, columns);
+    const uint32_t row = place / columns, column = place % columns;
     elements[static_cast<size_t>(family)][size_t{row} * pitch + column] = e + 1;
   }
 }
@@ -63,7 +68,7 @@ GridStrengths::GridStrengths(const SceneModel& model, const GridElements& grid, 
                                      h, inverse_h, max_frequency_sq);
       stiffnesses[f][place] = strength.stiffness;
       dampings[f][place] = strength.damping;
-      if (IsDiagonal(static_cast<GridFamily>(f))) {
+      if (static_cast<GridFamily>(f) == GridFamily::kDiagonals) {
         rest_length = static_cast<float>(model.elastic_elements()[e].rest_length_m);
       }
     }

@@ -12,20 +12,21 @@
 
 namespace drape::cpu {
 
-// Each element is at its first particle, that in the middle of a rod.
+// A rod is at the particle in its middle, all others at the first particle of their cell.
 enum class GridFamily : uint8_t {
   kRodsAlongRows,
   kRodsAlongColumns,
   kCells,
-  kFalling,  // diagonals to the next row and column
-  kRising,   // to the next row and the column before
+  // One of each cell: it falls, to the next row and column, where row + column is even; elsewhere
+  // it rises, from the next column to the next row.
+  kDiagonals,
 };
-inline constexpr size_t kGridFamilies = 5;
+inline constexpr size_t kGridFamilies = 4;
 
 // Rows of elements that are kept at a time: the particles of a row need its own, that before and,
 // of rods along columns, that after.
-inline constexpr std::array<uint32_t, kGridFamilies> kKeptRows = {1, 3, 2, 2, 2};
-inline constexpr uint32_t kAllKeptRows = 10;
+inline constexpr std::array<uint32_t, kGridFamilies> kKeptRows = {1, 3, 2, 2};
+inline constexpr uint32_t kAllKeptRows = 8;
 inline constexpr uint32_t kKeptPositions = 3;  // rows of positions
 // Which of them has the elements of this row of a grid.
 constexpr uint32_t KeptRow(GridFamily family, uint32_t row) {

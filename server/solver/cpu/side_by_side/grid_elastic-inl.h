@@ -92,6 +92,10 @@ class ClothColumns {
   StrengthRow Dampings(GridFamily family, uint32_t row) const {
     return Strengths(strengths_.Dampings(family), family, row, &OwnElement::damping);
   }
+  HWY_INLINE static const VectorsCloths& WhereEven(uint32_t row, int column, const VectorsCloths& a,
+                                                   const VectorsCloths& b) {
+    return (row + static_cast<uint32_t>(column)) % 2 == 0 ? a : b;
+  }
   HWY_INLINE void Push(uint32_t row, int column, const VectorsCloths& force) const {
     const uint32_t i = row * grid_.columns + static_cast<uint32_t>(column);
     if constexpr (kAsks) {

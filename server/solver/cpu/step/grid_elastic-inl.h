@@ -24,6 +24,7 @@ namespace drape::cpu::HWY_NAMESPACE {
 //   Stiffnesses, Dampings(family, row)   of the elements: at(column); 0 outside the grid
 //   Forces(family, row)             memory of the row KeptRow: at(column), also one column outside,
 //                                   Set(column, f)
+//   WhereEven(row, column, a, b)    a where the sum of row and column is even, else b
 //   Push(row, column, f)            gives the particles there the impulse f times the duration of
 //                                   the kick
 template <class Access>
@@ -85,9 +86,7 @@ class GridElastic {
     if (grid_.has_bending) FindRodsAlongRows(row);
     if (row + 1 >= grid_.rows) return;
     if (grid_.has_bending) FindCells(row);
-    if (!grid_.has_shear) return;
-    FindDiagonals(GridFamily::kFalling, row, 1);
-    FindDiagonals(GridFamily::kRising, row, -1);
+    if (grid_.has_shear) FindDiagonals(row);
   }
 
   void FindRodsAlongRows(uint32_t row) {
@@ -111,16 +110,20 @@ class GridElastic {
   }
 
   // Along L, from a row to the next one.
-  void FindDiagonals(GridFamily family, uint32_t row, int step) {
+  void FindDiagonals(uint32_t row) {
     const auto here = access_.Positions(row), after = access_.Positions(row + 1);
     const auto u_here = access_.Velocities(row), u_after = access_.Velocities(row + 1);
-    const auto stiffness = access_.Stiffnesses(family, row);
-    const auto damping = access_.Dampings(family, row);
-    const auto force = access_.Forces(family, row);
+    const auto stiffness = access_.Stiffnesses(GridFamily::kDiagonals, row);
+    const auto damping = access_.Dampings(GridFamily::kDiagonals, row);
+    const auto force = access_.Forces(GridFamily::kDiagonals, row);
     const Scalars zero = access_.Splat(0), one = access_.Splat(1);
     for (int c = 0; c < columns_; c += kStep) {
-      const Vectors l = after.at(c + step) - here.at(c);
-      const Vectors speed = u_after.at(c + step) - u_here.at(c);
+      const auto along = [&](const auto& from, const auto& to) __attribute__((always_inline)) {
+        return access_.WhereEven(row, c, to.at(c + 1), to.at(c)) -
+               access_.WhereEven(row, c, from.at(c), from.at(c + 1));
+      };
+      const Vectors l = along(here, after);
+      const Vectors speed = along(u_here, u_after);
       const Scalars length = Sqrt(Dot(l, l));
       const auto is_short = length < access_.Splat(kMinDirectionLength);
       const Scalars inverse_length = one / Select(is_short, one, length);
@@ -134,14 +137,14 @@ class GridElastic {
     const Scalars zero = access_.Splat(0);
     if (!grid_.has_shear) return PushBending(row, [&](int, const Vectors& sum) { return sum; });
     const bool has_before = row > 0, has_after = row + 1 < grid_.rows;
-    const auto falling = access_.Forces(GridFamily::kFalling, row);
-    const auto rising = access_.Forces(GridFamily::kRising, row);
-    const auto falling_before = access_.Forces(GridFamily::kFalling, row + 1);  // of two rows
-    const auto rising_before = access_.Forces(GridFamily::kRising, row + 1);
-    const auto with_shear = [&](int c, Vectors sum) {
-      if (has_after) sum = sum + (falling.at(c) + rising.at(c));
-      if (has_before) sum = sum - (falling_before.at(c - 1) + rising_before.at(c + 1));
-      return sum;
+    const auto diagonals = access_.Forces(GridFamily::kDiagonals, row);
+    const auto diagonals_before = access_.Forces(GridFamily::kDiagonals, row + 1);  // of two rows
+    // They join the particles of even row + column.
+    const auto with_shear = [&](int c, const Vectors& sum) __attribute__((always_inline)) {
+      Vectors all = sum;
+      if (has_after) all = all + (diagonals.at(c) + diagonals.at(c - 1));
+      if (has_before) all = all - (diagonals_before.at(c - 1) + diagonals_before.at(c));
+      return access_.WhereEven(row, c, all, sum);
     };
     if (grid_.has_bending) return PushBending(row, with_shear);
     for (int c = 0; c < columns_; c += kStep) {
