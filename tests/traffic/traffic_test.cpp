@@ -4,9 +4,12 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <cstdlib>
 #include <functional>
 #include <iostream>
+#include <iterator>
+#include <optional>
 
 #include "tests/traffic/checks.h"
 #include "tests/traffic/traffic.h"
@@ -173,12 +176,17 @@ TEST_F(Traffic, WrongRunsAndFramesAreFound) {
   FAIL() << "nobody saw a run to its end";
 }
 
-// One cloth of a worker came back as it had been one start earlier, while it and another had gone
-// on by more than a request's steps. Gives back the worker; 0: there is none.
-uint32_t Mix(TrafficHistory& history) {
+// Two cloths of a worker that both went on, by more than a request's steps, between two starts.
+struct Pair {
+  size_t run = 0;  // that began at the later start
+  std::string session;
+  std::array<Mark, 2> marks;
+};
+
+std::optional<Pair> FindPair(const TrafficHistory& history) {
   constexpr uint64_t kMostSteps = 3;  // of a request of the workers
   for (size_t k = 0; k + 1 < history.runs.size(); ++k) {
-    for (auto& [session, photo] : history.runs[k + 1].began) {
+    for (const auto& [session, photo] : history.runs[k + 1].began) {
       const Photo& former = history.runs[k].began.at(session);
       const auto has_gone_on = [&](const Mark& mark) {
         return former.contains(mark) && photo.at(mark).step > former.at(mark).step + kMostSteps;
@@ -194,27 +202,32 @@ uint32_t Mix(TrafficHistory& history) {
                  return epoch.incarnation == history.runs[k + 1].incarnation;
                });
       };
-      for (auto& [mark, seen] : photo) {
-        const auto is_company = [&](const auto& entry) {
-          return entry.first.worker == mark.worker && entry.first != mark &&
-                 has_gone_on(entry.first);
-        };
+      for (const auto& [mark, seen] : photo) {
         if (mark.worker == 0 || !has_gone_on(mark) || !knows(mark.worker)) continue;
-        if (std::ranges::none_of(photo, is_company)) continue;
-        seen = former.at(mark);
-        return mark.worker;
+        for (const auto& [other, its_seen] : photo) {
+          if (other.worker != mark.worker || other == mark || !has_gone_on(other)) continue;
+          return Pair{.run = k + 1, .session = session, .marks = {mark, other}};
+        }
       }
     }
   }
-  return 0;
+  return std::nullopt;
 }
 
+// One of two cloths came back as it had been one start earlier. If the other had gone on before
+// this one did, both were so at one moment: then it is the other's turn that was never so.
 TEST_F(Traffic, MixturesOfMomentsAreFound) {
-  TrafficHistory changed = history();
-  const uint32_t worker = Mix(changed);
-  ASSERT_GT(worker, 0u);
-  changed.workers = {changed.workers[worker - 1]};
-  EXPECT_THAT(CheckReplay(changed).findings, Contains(HasSubstr("as they never were together")));
+  const std::optional<Pair> pair = FindPair(history());
+  ASSERT_TRUE(pair.has_value());
+  std::vector<std::string> findings;
+  for (const Mark& mark : pair->marks) {
+    TrafficHistory changed = history();
+    const Photo& former = changed.runs[pair->run - 1].began.at(pair->session);
+    changed.runs[pair->run].began.at(pair->session).at(mark) = former.at(mark);
+    changed.workers = {changed.workers[mark.worker - 1]};
+    std::ranges::copy(CheckReplay(changed).findings, std::back_inserter(findings));
+  }
+  EXPECT_THAT(findings, Contains(HasSubstr("as they never were together")));
 }
 
 // Kills take back what was acknowledged after the last checkpoint: as if they should not. At the
