@@ -122,6 +122,9 @@ inline constexpr unsigned kMaxHingeStages = 32;
 inline constexpr double kMaxSharedHingeRatio = 0.25;
 // Largest number of substeps that do [-]. Larger: hardly cheaper; smaller: bending costs more.
 inline constexpr unsigned kMaxHingePeriod = 4;
+// Strips of meshes of compliant links look ahead by this share of a substep's interval [-]. Larger:
+// what stretches and shakes within some substeps is damped more; smaller: meshes tremble.
+inline constexpr double kLinkLead = 0.2;
 // Cloths whose SceneModel::held_mass_ratio is larger keep to one step [-]: one sweep leaves much of
 // the errors there, and two steps extrapolate what is left and gain energy (from about 30 on a
 // sheet whose masses alternate, `./run bench stability`). Smaller: cloths that two steps suit lose

@@ -71,6 +71,19 @@ bool HasElasticLines(const SceneModel& model, const ClothParameters& parameters)
   return !model.elastic_lines().empty() && ElasticRatio(model, parameters) > 1;
 }
 
+// Whether strips cross in the many phases of a mesh.
+bool CrossesOften(const SceneModel& model) { return model.strips().phase_count_there > 2; }
+
+// SolverChoice::link_lead. What one sweep through the many phases of a mesh leaves of the errors of
+// its links feeds vibrations that two steps hardly damp (tests/bench/notes/solver.md).
+double LeadOfLinks(const SceneModel& model, const StepSettings& settings,
+                   const SolverChoice& choice) {
+  return choice.has_two_steps && settings.tolerance == 0 && CrossesOften(model) &&
+                 model.has_compliance()
+             ? kLinkLead
+             : 0;
+}
+
 // SolverChoice::hinge_period: of slow hinges of meshes by two steps, which gain no energy so
 // (tests/solver/substep_schedule_test.cpp).
 uint32_t PeriodOfHinges(const SceneModel& model, const ClothParameters& parameters,
@@ -157,6 +170,8 @@ SolverChoice ChooseSolver(const SceneModel& model, const ClothParameters& parame
   }
   choice.has_elastic_lines = HasElasticLines(model, parameters);
   choice.hinge_period = PeriodOfHinges(model, parameters, choice);
+  choice.link_lead = LeadOfLinks(model, settings, choice);
+  choice.has_remainders = choice.has_two_steps && CrossesOften(model);
   choice.hinge_stages = StagesOfHinges(model, parameters, choice);
   ChooseRefinement(model, settings, choice);
   return choice;
@@ -217,7 +232,7 @@ StepPlan PlanStep(const SceneModel& model, const ClothParameters& parameters, Le
   const StageSet stages = ChooseStages(model, parameters, lengths, solver);
   const double tolerance = ResolvableTolerance(settings.tolerance, model, scalar);
   const SubstepSchedule schedule(settings, solver.has_two_steps, stages.Has(StepStage::kDampTwist),
-                                 solver.hinge_period);
+                                 solver.hinge_period, solver.link_lead);
   const double max_frequency_sq_per_s2 =
       LargestElasticFrequencySq_per_s2(settings, solver, schedule);
   // Springs are judged as if the cloth had its model's lengths, to which it may return any time.

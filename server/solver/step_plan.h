@@ -28,6 +28,10 @@ struct SolverChoice {
   uint32_t hinge_stages = 0;
   // Substeps that share the forces of slow hinges; more than 1: in one stage.
   uint32_t hinge_period = 1;
+  // Single precision: what rounding takes from positions is carried from substep to substep.
+  bool has_remainders = false;
+  // Strips look ahead of the end of a substep by this many of its intervals (33a of method.md).
+  double link_lead = 0;
   bool has_spring_forces = false;  // springs act within the substep (IN_FORCE), not by kicks
   // Single precision: links within rounding of their length do not pull what friction holds. Only
   // strips know it.

@@ -5,11 +5,13 @@
 namespace drape {
 
 SubstepSchedule::SubstepSchedule(const StepSettings& settings, bool has_two_steps,
-                                 bool has_twist_damping, uint32_t hinge_period)
+                                 bool has_twist_damping, uint32_t hinge_period,
+                                 double link_lead)
     : has_two_steps_(has_two_steps),
       substeps_(settings.substeps),
       h_(settings.substep_s()),
-      hinge_period_(hinge_period) {
+      hinge_period_(hinge_period),
+      link_lead_(link_lead) {
   if (!has_twist_damping) return;
   twist_period_ = std::min(kTwistPeriod, substeps_);
   // The twist of a single cell decreases by four shares.
@@ -20,6 +22,7 @@ SubstepSchedule::SubstepSchedule(const StepSettings& settings, bool has_two_step
 Substep SubstepSchedule::operator[](uint32_t index) const {
   Substep substep = has_two_steps_ ? TwoStep(index) : OneStep(index);
   substep.is_last = index + 1 == size();
+  substep.link_interval_s = (1 + link_lead_) * substep.interval_s;
   const bool is_twist_due = twist_period_ > 0 && (size() - 1 - index) % twist_period_ == 0;
   if (is_twist_due) substep.twist_share = twist_share_;
   substep.finds_hinges = index % hinge_period_ == 0;

@@ -17,6 +17,9 @@ namespace drape {
 struct Substep {
   double duration_s = 0;
   double interval_s = 0;  // H
+  // Strips remove the errors that links would have after this time at the velocities u: H, or longer,
+  // which damps what stretches them.
+  double link_interval_s = 0;
   bool is_two_step = false;
   bool is_last = false;  // of its step
   // With two steps b is ahead by this time's way at the velocity v: in the first substep, which has
@@ -50,10 +53,10 @@ inline constexpr double kMaxTwistShare = 1.0 / 16;
 // The substeps of one step: settings.substeps of them. Small; each is computed on request.
 class SubstepSchedule {
  public:
-  // `has_two_steps` and `hinge_period` as in SolverChoice; `has_twist_damping`: the cloth has cells
-  // to damp.
+  // `has_two_steps`, `hinge_period` and `link_lead` as in SolverChoice; `has_twist_damping`: the
+  // cloth has cells to damp.
   SubstepSchedule(const StepSettings& settings, bool has_two_steps, bool has_twist_damping,
-                  uint32_t hinge_period = 1);
+                  uint32_t hinge_period = 1, double link_lead = 0);
 
   bool has_two_steps() const { return has_two_steps_; }
   uint32_t size() const { return substeps_; }
@@ -74,6 +77,7 @@ class SubstepSchedule {
   uint32_t twist_period_ = 0;
   double twist_share_ = 0;
   uint32_t hinge_period_;  // >= 1
+  double link_lead_;       // [intervals], >= 0
 };
 
 }  // namespace drape

@@ -18,6 +18,8 @@ namespace drape::shader {
 struct SubstepRecord {
   float interval;          // H [s]
   float inverse_interval;  // 1 / H [1/s]
+  float link_interval;     // Substep::link_interval_s [s]
+  float inverse_link_interval;
   float inverse_duration;  // [1/s]
   float damping_factor;    // of velocities [-]
   float pin_lead;          // 1 - H / duration: how far on its way the b of a pin is [-]

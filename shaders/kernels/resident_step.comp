@@ -69,6 +69,9 @@ void SaveCloth() {
 #ifdef HAS_TWO_STEPS
     StorePrevious(i, PreviousPosition(i), PreviousVelocity(i));
 #endif
+#ifdef HAS_REMAINDERS
+    StoreRemainders(i, RemaindersOf(i));
+#endif
 #ifdef HAS_QUIET_LINKS
     scratch[cloth.scratch.quiet_flags + i] = IsQuiet(i) ? 1.0 : 0.0;
 #endif
@@ -88,6 +91,9 @@ void LoadParticle(uint i) {
 #ifdef HAS_TWO_STEPS
     SetPrevious(i, StoredPreviousPosition(i), StoredPreviousVelocity(i));
 #endif
+#ifdef HAS_REMAINDERS
+    SetRemainders(i, StoredRemainders(i));
+#endif
 #ifdef HAS_QUIET_LINKS
     SetQuiet(i, scratch[cloth.scratch.quiet_flags + i] != 0.0);
 #endif
@@ -98,6 +104,9 @@ void LoadParticle(uint i) {
   SetVelocity(i, StateVector(cloth.velocities + 3u * i));
 #ifdef HAS_TWO_STEPS
   SetPrevious(i, Position(i), Velocity(i));
+#endif
+#ifdef HAS_REMAINDERS
+  SetRemainders(i, NoRemainders());
 #endif
 }
 

@@ -39,4 +39,7 @@ void main() {
 #ifdef HAS_TWO_STEPS
   SetPrevious(i, Position(i), Velocity(i));
 #endif
+#ifdef HAS_REMAINDERS
+  SetRemainders(i, NoRemainders());
+#endif
 }

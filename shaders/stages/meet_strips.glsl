@@ -103,7 +103,7 @@ vec2 LoadNeighbours(SideLink mine) {
 }
 
 StripRow RowOf(SideLink mine, vec2 effects) {
-  float right_side = StripRightSide(mine.link.error.residual, substep.inverse_interval);
+  float right_side = StripRightSide(mine.link.error.residual, substep.inverse_link_interval);
   return FirstRow(mine.link.diagonal, effects.x, effects.y, right_side);
 }
 

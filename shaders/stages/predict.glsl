@@ -25,14 +25,28 @@ void PredictBallistic(uint i) {
 
 #ifdef HAS_TWO_STEPS
 // b = p + (p - p')/3; u = (v + (v - v')/3 + H g) / (1 + c H). In the first substep of a step, whose previous state is
-// the present one, b = p + v h/2 and u = (v + h g) / (1 + c h).
+// the present one, b = p + v h/2 and u = (v + h g) / (1 + c h). With remainders u makes up for what rounding takes
+// from b.
 void PredictTwoStep(uint i) {
   vec3 p = Position(i);
   vec3 v = Velocity(i);
+#ifdef HAS_REMAINDERS
+  Remainders remainders = RemaindersOf(i);
+  precise vec3 flight = (p - PreviousPosition(i)) * (1.0 / 3.0) + substep.lead * v;
+  precise vec3 way = flight + Extrapolated(remainders.now, remainders.previous);
+  precise vec3 base = p + way;
+  precise vec3 rest = way - (base - p);
+  SetPosition(i, base);
+  SetRemainders(i, Remainders(rest, remainders.now));
+#else
   vec3 base = Extrapolated(p, PreviousPosition(i));
   SetPosition(i, AddScaled(base, substep.lead, v));
+#endif
   vec3 ahead = Extrapolated(v, PreviousVelocity(i));
   precise vec3 u = AddScaled(ahead, substep.kick_within, cloth.step.gravity.xyz) * substep.damping_factor;
+#ifdef HAS_REMAINDERS
+  u = AddScaled(u, substep.inverse_interval, rest);
+#endif
   SetVelocity(i, u);
   SetPrevious(i, p, v);
 }
@@ -67,9 +81,29 @@ void PredictPin(uint k) {
 #endif
 }
 
+#ifdef HAS_REMAINDERS
+void EndWithRemainder(uint i) {
+  vec3 p = Position(i);
+  vec3 u = Velocity(i);
+  Remainders remainders = RemaindersOf(i);
+  precise vec3 way = substep.interval * u;
+  precise vec3 end = p + way;
+  precise vec3 rest = way - (end - p);
+  SetPosition(i, end);
+  SetVelocity(i, AddScaled(u, -substep.inverse_interval, remainders.now));
+  SetRemainders(i, Remainders(rest, remainders.previous));
+}
+#endif
+
 // p = b + H u; v = u + a H/2, with two steps and for pins u. Bender et al. 2009, section 3.1, eq. 1.
 void IntegrateParticle(uint i) {
   vec3 u = Velocity(i);
+#ifdef HAS_REMAINDERS
+  if (InverseMass(i) != 0.0) {
+    EndWithRemainder(i);
+    return;
+  }
+#endif
   SetPosition(i, AddScaled(Position(i), substep.interval, u));
   if (InverseMass(i) == 0.0 || IsTwoStep()) return;
   SetVelocity(i, AddScaled(u, 0.5 * substep.interval, ConstantAcceleration(i)));

@@ -12,6 +12,23 @@ void StorePrevious(uint i, vec3 p, vec3 v) {
   SetScratchVector(cloth.scratch.previous_velocities + 3u * i, v);
 }
 
+#ifdef HAS_REMAINDERS
+// What rounding took from a position, of b within a substep, and the same one substep before [m].
+struct Remainders {
+  vec3 now;
+  vec3 previous;
+};
+Remainders StoredRemainders(uint i) {
+  return Remainders(ScratchVector(cloth.scratch.remainders + 6u * i),
+                    ScratchVector(cloth.scratch.remainders + 6u * i + 3u));
+}
+void StoreRemainders(uint i, Remainders remainders) {
+  SetScratchVector(cloth.scratch.remainders + 6u * i, remainders.now);
+  SetScratchVector(cloth.scratch.remainders + 6u * i + 3u, remainders.previous);
+}
+Remainders NoRemainders() { return Remainders(vec3(0.0), vec3(0.0)); }
+#endif
+
 #ifdef OWNS_PARTICLE
 vec3 previous_position;
 vec3 previous_velocity;
@@ -21,10 +38,19 @@ void SetPrevious(uint i, vec3 p, vec3 v) {
   previous_position = p;
   previous_velocity = v;
 }
+#ifdef HAS_REMAINDERS
+Remainders own_remainders;
+Remainders RemaindersOf(uint i) { return own_remainders; }
+void SetRemainders(uint i, Remainders remainders) { own_remainders = remainders; }
+#endif
 #else
 vec3 PreviousPosition(uint i) { return StoredPreviousPosition(i); }
 vec3 PreviousVelocity(uint i) { return StoredPreviousVelocity(i); }
 void SetPrevious(uint i, vec3 p, vec3 v) { StorePrevious(i, p, v); }
+#ifdef HAS_REMAINDERS
+Remainders RemaindersOf(uint i) { return StoredRemainders(i); }
+void SetRemainders(uint i, Remainders remainders) { StoreRemainders(i, remainders); }
+#endif
 #endif
 #endif
 

@@ -126,7 +126,7 @@ void SolveLane(LaneSlotWords words, bool is_first_sweep) {
   if (is_link) link = LineariseLink(words.place, words.rest_length, from, to, is_first_sweep);
   vec2 effects = TakeEffects(mine, link, from.inverse_mass, to.inverse_mass);
   StripRow row = FirstRow(link.diagonal, effects.x, effects.y,
-                          StripRightSide(link.error.residual, substep.inverse_interval));
+                          StripRightSide(link.error.residual, substep.inverse_link_interval));
   float impulse = ReduceLink(mine, row, is_link && to.inverse_mass == 0.0);
 
   precise vec3 pull = impulse * link.direction;

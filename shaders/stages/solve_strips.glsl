@@ -94,13 +94,13 @@ LinearisedLink LineariseLink(uint place, float rest_length, LinkEnd from, LinkEn
 #endif
   precise vec3 position_difference = to.position - from.position;
   precise vec3 velocity_difference = to.velocity - from.velocity;
-  link.error = PredictDistanceError(position_difference, velocity_difference, substep.interval,
+  link.error = PredictDistanceError(position_difference, velocity_difference, substep.link_interval,
                                     InverseForceTime(), link.rest_length, compliance, lambda);
 #ifdef HAS_QUIET_LINKS
   precise float round_off = from.quiet_round_off + to.quiet_round_off;
   if (round_off > 0.0) {
     link.error.residual =
-        QuietError(position_difference, velocity_difference, substep.interval, link.rest_length, round_off);
+        QuietError(position_difference, velocity_difference, substep.link_interval, link.rest_length, round_off);
 #ifdef HAS_COMPLIANCE
     link.error.residual = SoftenedResidual(link.error.residual, compliance, InverseForceTime(), lambda);
 #endif
@@ -121,7 +121,7 @@ LinearisedLink LineariseLink(uint place, float rest_length, LinkEnd from, LinkEn
   diagonal = diagonal * line.slope;
 #endif
 #ifdef HAS_COMPLIANCE
-  diagonal = diagonal + compliance * InverseForceTime() * substep.inverse_interval;
+  diagonal = diagonal + compliance * InverseForceTime() * substep.inverse_link_interval;
 #endif
   link.diagonal = diagonal;
   return link;
@@ -163,7 +163,7 @@ EliminatedStrip EliminateStrip(Strip strip, bool is_first_sweep) {
 #endif
     }
     before = EliminateLink(link.error, link.direction, link.diagonal, MinPivot(to.inverse_mass),
-                           substep.inverse_interval, coupling, ratio, before);
+                           substep.inverse_link_interval, coupling, ratio, before);
     uint word = LinkWord(place);
     SetScratchVector(word, before.direction);
     scratch[word + 3u] = ratio;
@@ -176,7 +176,7 @@ EliminatedStrip EliminateStrip(Strip strip, bool is_first_sweep) {
 // The square of the ratio of a change of velocity [m/s] to the one that moves by MAX_STRIP_MOVE lengths [m] of a
 // link.
 float MoveLimitSq(float rest_length) {
-  precise float limit = rest_length * (MAX_STRIP_MOVE * substep.inverse_interval);
+  precise float limit = rest_length * (MAX_STRIP_MOVE * substep.inverse_link_interval);
   precise float limit_sq = limit * limit;
   return limit_sq;
 }

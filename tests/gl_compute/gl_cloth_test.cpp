@@ -272,6 +272,8 @@ TEST(MakeClothRecordTest, SubstepsAreThoseOfTheSchedule) {
             record.substeps[shader::SubstepKindOf(index, schedule.size())];
         EXPECT_EQ(substep.interval, static_cast<float>(expected.interval_s));
         EXPECT_EQ(substep.inverse_interval, static_cast<float>(1 / expected.interval_s));
+        EXPECT_EQ(substep.link_interval, static_cast<float>(expected.link_interval_s));
+        EXPECT_EQ(substep.inverse_link_interval, static_cast<float>(1 / expected.link_interval_s));
         EXPECT_EQ(substep.inverse_duration, static_cast<float>(1 / expected.duration_s));
         EXPECT_EQ(substep.pin_end - index, expected.pin_shares);
         EXPECT_EQ(substep.pin_lead,

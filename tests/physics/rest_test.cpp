@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "tests/physics/physics_test.h"
+#include "tests/support/garments.h"
 
 namespace drape::test {
 namespace {
@@ -35,8 +36,24 @@ Scene Hammock(uint32_t side) {
   return Grid(side, side, 1, 1, {0, side - 1, side * (side - 1), side * side - 1});
 }
 
+// Light, so that vertices are light for their links.
+GarmentOptions LightMesh(uint32_t seed, double cell_m) {
+  return {.seed = seed, .cell_m = cell_m, .areal_density_kg_per_m2 = 0.08};
+}
+
+Scene MeshOnSphere(const GarmentOptions& options) {
+  Scene scene = LooseIrregularSheet(options);
+  const Scene on_sphere = FallingOnSphere(4);
+  scene.parameters.colliders = on_sphere.parameters.colliders;
+  scene.parameters.friction_static = on_sphere.parameters.friction_static;
+  scene.parameters.friction_dynamic = on_sphere.parameters.friction_dynamic;
+  scene.parameters.thickness_m = on_sphere.parameters.thickness_m;
+  return scene;
+}
+
 std::vector<Scene> FewScenes() {
-  return {Damped(Grid(12, 12, 1, 1, {0, 11}), "two_corners"), Damped(Hammock(10), "hammock")};
+  return {Damped(Grid(12, 12, 1, 1, {0, 11}), "two_corners"), Damped(Hammock(10), "hammock"),
+          Damped(MeshOnSphere(LightMesh(3, 0.1)), "irregular_mesh_on_sphere")};
 }
 
 std::vector<Scene> ManyScenes() {
@@ -49,6 +66,13 @@ std::vector<Scene> ManyScenes() {
   scenes.push_back(Damped(Net(12, 0.08, 1e-5), "net"));
   scenes.push_back(Damped(FallingOnSphere(16), "sphere"));
   scenes.push_back(Damped(FallingOnBoxAndCapsule(14), "box_and_capsule"));
+  for (const Scene& garment : Garments({.seed = 5})) {
+    scenes.push_back(Damped(garment, "irregular_" + garment.name));
+  }
+  for (const uint32_t seed : {7u, 8u}) {
+    scenes.push_back(Damped(IrregularSheet(LightMesh(seed, 0.04)), "light_irregular_sheet"));
+    scenes.push_back(Damped(MeshOnSphere(LightMesh(seed, 0.04)), "irregular_mesh_on_sphere"));
+  }
   return scenes;
 }
 

@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "server/solver/solver_constants.h"
+#include "tests/support/garments.h"
 #include "tests/support/scenes.h"
 
 namespace drape {
@@ -52,6 +53,28 @@ TEST(StepPlanTest, WhatHangsByAnEdgeKeepsItsEnergy) {
     chain.masses_kg = {1, 1, ratio, 1};
     EXPECT_EQ(has_two_steps(test::Particles(chain, {0}), Preset::kAccurate, false), ratio > 10);
   }
+}
+
+// Where strips cross in many phases: compliant links look ahead unless sweeps end at a tolerance,
+// and positions carry what rounding takes from them.
+TEST(StepPlanTest, MeshesLookAheadAndKeepTheirRemainders) {
+  const auto solver = [](const test::Scene& scene, Preset preset) {
+    ClothParameters parameters = scene.parameters;
+    parameters.settings = PresetSettings(preset);
+    return PlanFloat(*scene.model, parameters).solver;
+  };
+  const test::Scene mesh = test::IrregularSheet({.cell_m = 0.2});
+  const test::Scene rigid = test::IrregularSheet({.cell_m = 0.2, .stretch_stiffness_n_per_m = 0});
+  EXPECT_EQ(solver(mesh, Preset::kRealtime).link_lead, kLinkLead);
+  EXPECT_TRUE(solver(mesh, Preset::kRealtime).has_remainders);
+  EXPECT_EQ(solver(mesh, Preset::kAccurate).link_lead, 0);
+  EXPECT_EQ(solver(mesh, Preset::kPaper).link_lead, 0);
+  EXPECT_FALSE(solver(mesh, Preset::kPaper).has_remainders);
+  EXPECT_EQ(solver(rigid, Preset::kRealtime).link_lead, 0);
+  EXPECT_TRUE(solver(rigid, Preset::kRealtime).has_remainders);
+  const test::Scene grid = test::CompliantSheet(5, 1e-4);
+  EXPECT_EQ(solver(grid, Preset::kRealtime).link_lead, 0);
+  EXPECT_FALSE(solver(grid, Preset::kRealtime).has_remainders);
 }
 
 // Lengths that contradict each other would be moved to in every step.

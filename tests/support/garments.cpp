@@ -62,9 +62,9 @@ class GarmentMesh {
              const GarmentOptions& options) {
     for (Vector3d& position : mesh_.positions_m) position = options.transform * position;
     return Hang(name, pins,
-                {.areal_density_kg_per_m2 = 0.2,
-                 .stretch_stiffness_n_per_m = options.stretch_stiffness_n_per_m,
-                 .bending_rigidity_n_m = options.bending_rigidity_n_m});
+                StructuralMaterial{.areal_density_kg_per_m2 = options.areal_density_kg_per_m2,
+                                   .stretch_stiffness_n_per_m = options.stretch_stiffness_n_per_m,
+                                   .bending_rigidity_n_m = options.bending_rigidity_n_m});
   }
   Scene Hang(const std::string& name, const std::vector<uint32_t>& pins,
              const StructuralMaterial& material) {
@@ -151,16 +151,21 @@ std::vector<uint32_t> RimOfHole(const std::vector<uint32_t>& vertices, uint32_t 
   return rim;
 }
 
-}  // namespace
-
-Scene IrregularSheet(const GarmentOptions& options) {
+Scene SheetBy(bool is_hung, const GarmentOptions& options) {
   const uint32_t side = CellsOf(1, options) + 1;
   GarmentMesh mesh(options.seed);
   mesh.Add({.columns = side, .rows = side, .place = [&](double column, double row) {
               return Vector3d(column / (side - 1), 0, row / (side - 1));
             }});
-  return mesh.Hang("sheet", {0, side - 1}, options);
+  const std::vector<uint32_t> corners{0, side - 1};
+  return mesh.Hang("sheet", is_hung ? corners : std::vector<uint32_t>{}, options);
 }
+
+}  // namespace
+
+Scene IrregularSheet(const GarmentOptions& options) { return SheetBy(true, options); }
+
+Scene LooseIrregularSheet(const GarmentOptions& options) { return SheetBy(false, options); }
 
 Scene Shirt(const GarmentOptions& options) {
   constexpr double kRadius_m = 0.25, kHeight_m = 0.7, kSleeve_m = 0.4, kArmhole_m = 0.2;

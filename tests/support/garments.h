@@ -1,5 +1,5 @@
 // Garments made by rule: irregular triangle meshes whose numbers come from a seed. They hang by
-// some of their vertices, 0.2 kg/m^2, and stretch like woven fabric unless told otherwise.
+// some of their vertices, and stretch like woven fabric unless told otherwise.
 #pragma once
 
 #include <cstdint>
@@ -14,6 +14,7 @@ namespace drape::test {
 struct GarmentOptions {
   uint32_t seed = 1;
   double cell_m = 0.05;
+  double areal_density_kg_per_m2 = 0.2;
   double bending_rigidity_n_m = 0;
   double stretch_stiffness_n_per_m = kMeshStretchStiffness_n_per_m;
   RigidTransform transform{};
@@ -22,6 +23,9 @@ struct GarmentOptions {
 // A sheet of 1 m x 1 m whose vertices are off their places by up to 0.3 of a cell and whose
 // diagonals are drawn at random, by two corners.
 Scene IrregularSheet(const GarmentOptions& options);
+
+// The same, held by nothing.
+Scene LooseIrregularSheet(const GarmentOptions& options);
 
 // A tube with two sleeves, set into holes of its sides, by its collar.
 Scene Shirt(const GarmentOptions& options);

@@ -30,7 +30,7 @@ struct Link {
 std::vector<Link> Linearise(const StepContext& context, uint32_t strip) {
   const StripSet& strips = context.model.strips();
   const std::span<const double> w = context.w;
-  const double h = context.h;
+  const double h = context.substep.link_interval_s;
   const double force_s = context.substep.force_s();
   std::vector<Link> links;
   for (uint32_t k = strips.strip_offsets[strip]; k < strips.strip_offsets[strip + 1]; ++k) {
@@ -106,8 +106,8 @@ bool SolveStrip(StepContext& context, uint32_t strip) {
       });
   if (is_within_tolerance) return false;
 
-  SolveTridiagonal(links, context.h);
-  const double share = StepLength(links, context.w, context.h);
+  SolveTridiagonal(links, context.substep.link_interval_s);
+  const double share = StepLength(links, context.w, context.substep.link_interval_s);
   for (size_t k = 0; k < links.size(); ++k) {
     const Link& link = links[k];
     const double impulse = share * link.impulse;

@@ -76,6 +76,8 @@ shader::SubstepRecord ToRecord(const Substep& substep, uint32_t index, double da
   const double h = substep.interval_s;
   return {.interval = static_cast<float>(h),
           .inverse_interval = static_cast<float>(1 / h),
+          .link_interval = static_cast<float>(substep.link_interval_s),
+          .inverse_link_interval = static_cast<float>(1 / substep.link_interval_s),
           .inverse_duration = static_cast<float>(1 / substep.duration_s),
           .damping_factor = static_cast<float>(substep.is_two_step
                                                    ? 1 / (1 + damping_per_s * substep.kick_within_s)

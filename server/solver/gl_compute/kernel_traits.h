@@ -33,16 +33,17 @@ enum class Feature : uint8_t {
   kQuietLinks,
   kGrips,        // particles that are held for a while
   kEnergyWatch,  // a step that gains energy for no reason is found
+  kRemainders,   // what rounding takes from positions is carried on
 };
 
 // [Feature], in the order above.
-inline constexpr std::array<std::string_view, 18> kFeatureNames = {
+inline constexpr std::array<std::string_view, 19> kFeatureNames = {
     "spring_forces", "compliance",  "inequalities",     "own_lengths",      "joint_compliance",
     "friction",      "restitution", "moving_colliders", "collider_reach",   "damping",
     "pins",          "tolerance",   "two_steps",        "start_directions", "regular_strips",
-    "quiet_links",   "grips",       "energy_watch",
+    "quiet_links",   "grips",       "energy_watch",     "remainders",
 };
-static_assert(static_cast<size_t>(Feature::kEnergyWatch) + 1 == kFeatureNames.size());
+static_assert(static_cast<size_t>(Feature::kRemainders) + 1 == kFeatureNames.size());
 
 // Spheres and planes are cheap: kernels do not ask whether there are any.
 constexpr bool IsInEveryKernel(ShapeKind shape) {

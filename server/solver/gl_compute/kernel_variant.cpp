@@ -158,6 +158,7 @@ TraitSet TraitsOf(const PlannedCloth& cloth, const DeviceTraits& device) {
   traits.Add(Feature::kTolerance, cloth.plan.tolerance > 0);
   traits.Add(Feature::kTwoSteps, solver.has_two_steps);
   traits.Add(Feature::kQuietLinks, solver.has_quiet_links);
+  traits.Add(Feature::kRemainders, solver.has_remainders);
   traits.Add(Feature::kStartDirections, solver.has_start_directions());
   traits.Add(Feature::kRegularStrips,
              solver.has_strips && device.finds_regular_strips && !FindRegularStrips(model).empty());

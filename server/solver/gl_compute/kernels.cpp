@@ -68,7 +68,7 @@ constexpr TraitSet kContactTraits =
 constexpr TiledKernel kTiledKernels[] = {
     {"tiled_begin",
      {kPredict},
-     {kTwoSteps, kRefine, kColliderReach, kFindSelfContacts},
+     {kTwoSteps, kRemainders, kRefine, kColliderReach, kFindSelfContacts},
      &Kernels::tiled_begin},
     {"tiled_find_range", {kColliderReach}, kColliderTraits, &Kernels::tiled_find_range},
     {"tiled_find_near", {kColliderReach}, kColliderTraits, &Kernels::tiled_find_near},
@@ -83,7 +83,7 @@ constexpr TiledKernel kTiledKernels[] = {
     {"tiled_apply_wind", {kApplyWind}, {}, &Kernels::tiled_apply_wind},
     {"tiled_predict",
      {kPredict},
-     kContactTraits | TraitSet{kTwoSteps, kSpringForces, kQuietLinks, kDamping},
+     kContactTraits | TraitSet{kTwoSteps, kRemainders, kSpringForces, kQuietLinks, kDamping},
      &Kernels::tiled_predict},
     {"tiled_solve_elastic", {kSolveElastic}, {kTwoSteps}, &Kernels::tiled_solve_elastic},
     {"tiled_apply_cells", {kSolveElastic}, {}, &Kernels::tiled_apply_cells},
@@ -135,7 +135,7 @@ constexpr TiledKernel kTiledKernels[] = {
     {"tiled_integrate",
      {kIntegrate},
      kContactTraits |
-         TraitSet{kTwoSteps, kSpringForces, kDamping, kSolveVelocity, kGuardSelfContacts},
+         TraitSet{kTwoSteps, kRemainders, kSpringForces, kDamping, kSolveVelocity, kGuardSelfContacts},
      &Kernels::tiled_integrate},
     {.file = "tiled_guard_self_contacts",
      .needed_by = {kGuardSelfContacts},

@@ -27,6 +27,10 @@ class BallisticPrediction {
 // The backward differentiation formula of second order: the positions become b = p + (p - p')/3,
 // the velocities u = (v + (v - v')/3 + H g) / (1 + c H). In the first substep of a step, whose
 // previous state is the present one, b = p + v h/2 and u = (v + h g) / (1 + c h).
+//
+// With remainders: b is off by what rounding takes from it, and u makes up for that within the
+// substep, so that b + H u is as if nothing were rounded.
+template <bool kHasRemainders>
 class TwoStepPrediction {
  public:
   explicit TwoStepPrediction(const StepContext& context)
@@ -34,13 +38,27 @@ class TwoStepPrediction {
         previous_velocities_(context.scratch.previous.velocities.data()),
         lead_(context.substep.lead),
         kick_(context.controls.gravity * context.substep.kick_within),
-        damping_factor_(context.substep.damping_factor) {}
+        damping_factor_(context.substep.damping_factor),
+        inverse_interval_(context.substep.inverse_interval),
+        remainders_(context.scratch.remainders.data()),
+        previous_remainders_(context.scratch.previous_remainders.data()) {}
   void operator()(uint32_t i, Vec4& p, Vec4& v) const {
-    constexpr float kThird = 1.0f / 3;
     Vec4& previous_p = previous_positions_[i];
     Vec4& previous_v = previous_velocities_[i];
-    const Vec4 base = (p + (p - previous_p) * kThird) + lead_ * v;
-    const Vec4 mean = ((v + (v - previous_v) * kThird) + kick_) * damping_factor_;
+    Vec4 base;
+    Vec4 mean = ((v + (v - previous_v) * kThird) + kick_) * damping_factor_;
+    if constexpr (kHasRemainders) {
+      const Vec4 remainder = remainders_[i];
+      const Vec4 way = ((p - previous_p) * kThird + lead_ * v) +
+                       (remainder + (remainder - previous_remainders_[i]) * kThird);
+      base = p + way;
+      const Vec4 rest = way - (base - p);
+      previous_remainders_[i] = remainder;
+      remainders_[i] = rest;
+      mean += inverse_interval_ * rest;
+    } else {
+      base = (p + (p - previous_p) * kThird) + lead_ * v;
+    }
     previous_p = p;
     previous_v = v;
     p = base;
@@ -48,11 +66,16 @@ class TwoStepPrediction {
   }
 
  private:
+  static constexpr float kThird = 1.0f / 3;
+
   Vec4* const previous_positions_;
   Vec4* const previous_velocities_;
   const float lead_;
   const Vec4 kick_;
   const float damping_factor_;
+  const float inverse_interval_;
+  Vec4* const remainders_;
+  Vec4* const previous_remainders_;
 };
 
 template <class Prediction>
@@ -112,7 +135,11 @@ void IntegratePins(const StepContext& context) {
 
 void Predict(const StepContext& context) {
   if (context.substep.is_two_step) {
-    PredictFree<TwoStepPrediction>(context);
+    if (context.controls.plan.solver.has_remainders) {
+      PredictFree<TwoStepPrediction<true>>(context);
+    } else {
+      PredictFree<TwoStepPrediction<false>>(context);
+    }
   } else {
     PredictFree<BallisticPrediction>(context);
   }
@@ -132,7 +159,17 @@ void PredictPositions(const StepContext& context, float interval) {
 
 void Integrate(const StepContext& context) {
   const float interval = context.substep.interval;
-  if (context.substep.is_two_step) {
+  if (context.substep.is_two_step && context.controls.plan.solver.has_remainders) {
+    const float inverse_interval = context.substep.inverse_interval;
+    Vec4* const remainders = context.scratch.remainders.data();
+    EndFree(context, [=](uint32_t i, Vec4& p, Vec4& v) {
+      const Vec4 way = interval * v;
+      const Vec4 end = p + way;
+      v -= inverse_interval * remainders[i];
+      remainders[i] = way - (end - p);
+      return p = end;
+    });
+  } else if (context.substep.is_two_step) {
     EndFree(context, [=](uint32_t, Vec4& p, const Vec4& v) { return p += interval * v; });
   } else {
     const BallisticPrediction second_half(context);

@@ -24,12 +24,17 @@ class EightPaths {
   using Ends = std::array<uint32_t, kVec8Size>;
 
   explicit EightPaths(const StepContext& context)
+      : EightPaths(context, context.substep.interval, context.substep.inverse_interval) {}
+  // Particles are predicted after `interval`.
+  EightPaths(const StepContext& context, float interval, float inverse_interval)
       : context_(context),
+        interval_(interval),
+        inverse_interval_(inverse_interval),
         p_(context.scratch.state.positions.data()),
         u_(context.scratch.state.velocities.data()) {}
 
-  float interval() const { return context_.substep.interval; }
-  float inverse_interval() const { return context_.substep.inverse_interval; }
+  float interval() const { return interval_; }
+  float inverse_interval() const { return inverse_interval_; }
   float inverse_force_time() const { return context_.substep.inverse_force_time; }
   float force_time() const { return context_.substep.force_time; }
   float largest_force_interval() const {
@@ -111,6 +116,7 @@ class EightPaths {
   }
 
   const StepContext& context_;
+  const float interval_, inverse_interval_;
   const Vec4* const p_;
   Vec4* const u_;
 };

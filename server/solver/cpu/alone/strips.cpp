@@ -26,7 +26,7 @@ class EightStrips : public EightPaths {
 
   // Group `index` of the model, by a member of the team.
   EightStrips(const StepContext& context, size_t index, uint32_t member)
-      : EightPaths(context),
+      : EightPaths(context, context.substep.link_interval, context.substep.inverse_link_interval),
         groups_(&context.model.strips[index], 1),
         scratch_(context.scratch.strips[member]) {}
 

@@ -63,7 +63,8 @@ void IntegratePins(GroupContext& context) {
 // The free particles begin the substep (Bender et al. 2009, section 3.1, eq. 2): the velocities
 // become u = v + a H/2. With two steps, by the backward differentiation formula of second order:
 // the positions become b = p + (p - p')/3, the velocities u = (v + (v - v')/3 + H g) / (1 + c H);
-// in the first substep of a step b = p + v h/2 and u = (v + h g) / (1 + c h).
+// in the first substep of a step b = p + v h/2 and u = (v + h g) / (1 + c h). With remainders u makes
+// up for what rounding takes from b.
 class Prediction {
  public:
   explicit Prediction(const GroupContext& context)
@@ -72,23 +73,48 @@ class Prediction {
         half_interval_(context.substep.half_interval),
         accelerations_(context.accelerations),
         previous_(context.previous),
+        remainders_(context.controls.plan.solver.has_remainders ? context.remainders : nullptr),
+        inverse_interval_(context.substep.inverse_interval),
         lead_(context.substep.lead),
         kick_(context.gravity * (is_two_step_ ? context.substep.kick_within : half_interval_)),
         damping_factor_(context.damping_factor) {}
   HWY_INLINE void operator()(uint32_t i, VectorsCloths& p, VectorsCloths& v) const {
     if (is_two_step_) {
-      PredictTwoStep(previous_[i], p, v);
+      if (remainders_ != nullptr) [[unlikely]] {
+        PredictWithRemainder(previous_[i], remainders_[i], p, v);
+      } else {
+        PredictTwoStep(previous_[i], p, v);
+      }
     } else {
       Assign(v, v + (has_spring_forces_ ? accelerations_[i] * half_interval_ : kick_));
     }
   }
 
  private:
+  static constexpr float kThird = 1.0f / 3;
+
+  HWY_INLINE VectorsCloths Mean(const ClothParticle& previous, const VectorsCloths& v) const {
+    return damping_factor_ * ((v + (v - previous.u) * kThird) + kick_);
+  }
   HWY_INLINE void PredictTwoStep(ClothParticle& previous, VectorsCloths& p,
                                  VectorsCloths& v) const {
-    constexpr float kThird = 1.0f / 3;
     const VectorsCloths base = (p + (p - previous.p) * kThird) + v * lead_;
-    const VectorsCloths mean = damping_factor_ * ((v + (v - previous.u) * kThird) + kick_);
+    const VectorsCloths mean = Mean(previous, v);
+    Assign(previous.p, p);
+    Assign(previous.u, v);
+    Assign(p, base);
+    Assign(v, mean);
+  }
+  HWY_INLINE void PredictWithRemainder(ClothParticle& previous, ClothRemainders& remainders,
+                                       VectorsCloths& p, VectorsCloths& v) const {
+    const VectorsCloths way =
+        ((p - previous.p) * kThird + v * lead_) +
+        (remainders.now + (remainders.now - remainders.previous) * kThird);
+    const VectorsCloths base = p + way;
+    const VectorsCloths rest = way - (base - p);
+    const VectorsCloths mean = Mean(previous, v) + rest * inverse_interval_;
+    Assign(remainders.previous, remainders.now);
+    Assign(remainders.now, rest);
     Assign(previous.p, p);
     Assign(previous.u, v);
     Assign(p, base);
@@ -100,6 +126,8 @@ class Prediction {
   const float half_interval_;
   const VectorsCloths* const accelerations_;
   ClothParticle* const previous_;
+  ClothRemainders* const remainders_;  // null: none
+  const float inverse_interval_;
   const float lead_;
   const VectorsCloths kick_;
   const VecCloths damping_factor_;
@@ -193,11 +221,19 @@ class Integration {
         is_two_step_(context.open.ended.is_two_step),
         has_spring_forces_(context.controls.plan.solver.has_spring_forces),
         interval_(context.open.ended.interval),
+        inverse_interval_(context.open.ended.inverse_interval),
+        remainders_(is_two_step_ && context.controls.plan.solver.has_remainders
+                        ? context.remainders
+                        : nullptr),
         half_interval_(context.open.ended.half_interval),
         accelerations_(context.accelerations),
         kick_(context.gravity * half_interval_) {}
   HWY_INLINE void operator()(uint32_t i, VectorsCloths& p, VectorsCloths& v) const {
-    Assign(p, p + v * interval_);
+    if (remainders_ != nullptr) [[unlikely]] {
+      EndWithRemainder(remainders_[i].now, p, v);
+    } else {
+      Assign(p, p + v * interval_);
+    }
     if (watches_) is_held_ &= Holds(range_, p);
     if (flight_ != nullptr) SeeEnd(*flight_, i, p);
     if (is_two_step_) return;
@@ -205,6 +241,15 @@ class Integration {
   }
 
  private:
+  HWY_INLINE void EndWithRemainder(VectorsCloths& remainder, VectorsCloths& p,
+                                   VectorsCloths& v) const {
+    const VectorsCloths way = v * interval_;
+    const VectorsCloths end = p + way;
+    Assign(v, v - remainder * inverse_interval_);
+    Assign(remainder, way - (end - p));
+    Assign(p, end);
+  }
+
   const ClothBox& range_;
   MaskCloths& is_held_;
   ClothFlight* const flight_;
@@ -212,6 +257,8 @@ class Integration {
   const bool is_two_step_;
   const bool has_spring_forces_;
   const float interval_;
+  const float inverse_interval_;
+  ClothRemainders* const remainders_;  // null: none
   const float half_interval_;
   const VectorsCloths* const accelerations_;
   const VectorsCloths kick_;

@@ -171,6 +171,10 @@ void Gather(std::span<const GroupCloth> cloths, const GroupContext& context) {
     context.particles[i] = {p, v};
     if (has_previous) context.previous[i] = {p, v};
   }
+  if (context.controls.plan.solver.has_remainders) {
+    const VectorsCloths none{SplatCloths(0), SplatCloths(0), SplatCloths(0)};
+    std::fill_n(context.remainders, context.particle_count(), ClothRemainders{none, none});
+  }
   if (context.controls.plan.solver.has_quiet_links) {
     std::fill_n(context.quiet_round_offs, context.particle_count(), SplatCloths(0));
   }

@@ -22,6 +22,7 @@ namespace drape::cpu {
 struct GroupScratch {
   SimdMemory particles;       // [particle_count + 1] position, velocity
   SimdMemory previous;        // the same of the state before, two steps only
+  SimdMemory remainders;      // [particle_count] ClothRemainders; with remainders only
   SimdMemory flight;          // [particle_count] expected position at the start, velocity
   SimdMemory pin_targets;     // [pin_count]
   PinLists pin_lists;         // these only if the cloths hold different particles (OwnPins)

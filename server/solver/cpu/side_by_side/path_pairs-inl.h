@@ -23,11 +23,17 @@ class PathPairs {
   using Ends = std::array<uint32_t, 2>;
 
   explicit PathPairs(const GroupContext& context)
-      : context_(context), particles_(context.particles) {}
+      : PathPairs(context, context.substep.interval, context.substep.inverse_interval) {}
+  // Particles are predicted after `interval`.
+  PathPairs(const GroupContext& context, float interval, float inverse_interval)
+      : context_(context),
+        interval_(interval),
+        inverse_interval_(inverse_interval),
+        particles_(context.particles) {}
 
   PairLinkSolution* solution() const { return context_.path_solution; }
-  float interval() const { return context_.substep.interval; }
-  float inverse_interval() const { return context_.substep.inverse_interval; }
+  float interval() const { return interval_; }
+  float inverse_interval() const { return inverse_interval_; }
   float inverse_force_time() const { return context_.substep.inverse_force_time; }
   float force_time() const { return context_.substep.force_time; }
   static VecPair Splat(float value) { return {SplatCloths(value), SplatCloths(value)}; }
@@ -73,6 +79,7 @@ class PathPairs {
   }
 
   const GroupContext& context_;
+  const float interval_, inverse_interval_;
   ClothParticle* const particles_;
 };
 

@@ -24,6 +24,11 @@ struct ClothParticle {
   VectorsCloths p, u;
 };
 
+// What rounding took from its position, of b within a substep, and the same one substep before [m].
+struct ClothRemainders {
+  VectorsCloths now, previous;
+};
+
 // One collider of each cloth, all of one kind (FloatCollider).
 struct ClothCollider {
   ShapeKind kind;
@@ -156,6 +161,8 @@ struct GroupContext {
         particles(scratch.particles.Reserve<ClothParticle>(particle_count())),
         previous(scratch.previous.Reserve<ClothParticle>(
             controls.plan.schedule.has_two_steps() ? particle_count() : 0)),
+        remainders(scratch.remainders.Reserve<ClothRemainders>(
+            controls.plan.solver.has_remainders ? particle_count() : 0)),
         pin_targets(scratch.pin_targets.Reserve<VectorsCloths>(pin_count())),
         path_solution(scratch.path_solution.Reserve<PairLinkSolution>(
             std::max(model.longest_strip, model.longest_elastic_line))),
@@ -246,6 +253,7 @@ struct GroupContext {
   // The working memory, GroupScratch.
   ClothParticle* const particles;
   ClothParticle* const previous;
+  ClothRemainders* const remainders;
   VectorsCloths* const pin_targets;
   PairLinkSolution* const path_solution;
   VectorsPair* const end_directions;

@@ -42,7 +42,8 @@ class StripPairs : public PathPairs {
   // `visit`: of the open stages, which are done when a pair comes to a particle; null: there are
   // none.
   StripPairs(const GroupContext& context, const ParticleVisit<kHasOwnPins>* visit)
-      : PathPairs(context), visit_(visit) {}
+      : PathPairs(context, context.substep.link_interval, context.substep.inverse_link_interval),
+        visit_(visit) {}
 
   const std::vector<StripPair>& groups() const { return context().model.strip_pairs; }
   void Prepare(const StripPair& pair) const {

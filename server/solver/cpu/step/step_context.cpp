@@ -8,6 +8,8 @@ FloatSubstep::FloatSubstep(const Substep& substep, double damping_per_s)
     : interval(static_cast<float>(substep.interval_s)),
       half_interval(0.5f * interval),
       inverse_interval(static_cast<float>(1 / substep.interval_s)),
+      link_interval(static_cast<float>(substep.link_interval_s)),
+      inverse_link_interval(static_cast<float>(1 / substep.link_interval_s)),
       force_time(static_cast<float>(substep.force_s())),
       inverse_force_time(static_cast<float>(1 / substep.force_s())),
       is_two_step(substep.is_two_step),

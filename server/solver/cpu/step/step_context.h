@@ -49,6 +49,8 @@ struct FloatSubstep {
   float interval = 0;            // H [s]
   float half_interval = 0;       // H / 2 [s]
   float inverse_interval = 0;    // 1 / H [1/s]
+  float link_interval = 0;       // Substep::link_interval_s [s]
+  float inverse_link_interval = 0;
   float force_time = 0;          // Substep::force_s [s]
   float inverse_force_time = 0;  // 1 / Substep::force_s [1/s]
   bool is_two_step = false;
@@ -93,6 +95,9 @@ struct GridElasticScratch {
 struct StepScratch {
   FloatState state;                 // the step's working copy; velocities hold u within a substep
   FloatState previous;              // the state before, two steps only
+  // With remainders only: what rounding took from each position, of b within a substep [m]; and the
+  // same of the state before.
+  std::vector<Vec4> remainders, previous_remainders;
   std::vector<Vec4> predicted;      // positions for kicks within a substep
   std::vector<Vec4> accelerations;  // [particle_count] springs (+ gravity if IN_FORCE)
   std::vector<Vec4> air_impulses;   // [triangle group][lane] a third of the impulse [N s]

@@ -29,7 +29,8 @@ inline constexpr float kMaxMove = static_cast<float>(kMaxStripMove);
 //   Scalars, Vectors, Mask, Ends (the particle of each lane), Link, Group   types
 //   Prepare(group)                                                          before it is swept
 //   tolerance, end_share                                                    settings
-//   interval, inverse_interval, inverse_force_time                          of the substep
+//   interval, inverse_interval          Substep::link_interval_s
+//   inverse_force_time                  of the substep
 //   Number(x)                                                               a number of a link
 //   InverseMassFrom(link, from), Diagonal(link, from), InverseMassTo(link), MinPivot(link)
 //   LooseError(link, from, error)                           0 where both ends are held
