@@ -197,6 +197,7 @@ void SceneModel::SetConnections(ParticleSystem& system) {
   strips_ = FindStrips(rest_positions_m_, constraints_, is_pin);
   AddWaysBack(WaysBack(strips_, constraints_, inverse_masses_per_kg_), strips_);
   hangs_by_strips_ = HangsByStrips(strips_, is_pin);
+  spans_ = FindSpans(strips_, is_pin);
   springs_ = std::move(system.springs);
   EraseBetweenPins(is_pin, springs_);
   SpringEnds gathered = GatherSpringEnds(springs_, particle_count());

@@ -112,6 +112,8 @@ class SceneModel {
   std::span<const Tether> tethers() const { return tethers_.tethers; }
   const StripSet& strips() const { return strips_; }
   bool hangs_by_strips() const { return hangs_by_strips_; }  // HangsByStrips
+  bool has_spans() const { return !spans_.empty(); }         // FindSpans
+  bool IsSpan(uint32_t strip) const { return has_spans() && spans_[strip]; }
   // Size of a grid; 0 for everything else. Particle index = row * columns + column.
   uint32_t grid_columns() const { return grid_columns_; }
   uint32_t grid_rows() const { return grid_rows_; }
@@ -197,6 +199,7 @@ class SceneModel {
   std::vector<uint32_t> pins_;
   TetherSet tethers_;
   StripSet strips_;
+  std::vector<bool> spans_;
   uint32_t grid_columns_ = 0;
   uint32_t grid_rows_ = 0;
   std::vector<std::array<uint32_t, 3>> triangles_;

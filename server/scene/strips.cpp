@@ -277,4 +277,17 @@ bool HangsByStrips(const StripSet& strips, const std::vector<bool>& is_pin) {
   return std::all_of(hangs.begin(), hangs.end(), [](bool is_hanging) { return is_hanging; });
 }
 
+std::vector<bool> FindSpans(const StripSet& strips, const std::vector<bool>& is_pin) {
+  std::vector<bool> is_span(strips.strip_count(), false);
+  bool has_spans = false;
+  for (uint32_t s = 0; s < strips.strip_count(); ++s) {
+    const auto begin = strips.particles.begin() + strips.strip_offsets[s] + s;
+    const auto end = strips.particles.begin() + strips.strip_offsets[s + 1] + s + 1;
+    is_span[s] = std::count_if(begin, end, [&](uint32_t i) { return is_pin[i]; }) > 1;
+    has_spans |= is_span[s];
+  }
+  if (!has_spans) is_span.clear();
+  return is_span;
+}
+
 }  // namespace drape

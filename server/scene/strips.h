@@ -63,4 +63,8 @@ void AddWaysBack(uint32_t count, StripSet& strips);
 // [particle_count].
 bool HangsByStrips(const StripSet& strips, const std::vector<bool>& is_pin);
 
+// Whether each strip is a span: two or more of its particles are pins, which may hold it taut.
+// [strip_count]; empty if none is. `is_pin`: [particle_count].
+std::vector<bool> FindSpans(const StripSet& strips, const std::vector<bool>& is_pin);
+
 }  // namespace drape

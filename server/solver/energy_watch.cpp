@@ -12,21 +12,15 @@ bool CanGetEnergy(const SceneModel& model, const ClothParameters& parameters,
                   LengthSource lengths) {
   const bool feels_wind =
       (parameters.air_drag > 0 || parameters.air_lift > 0) && !parameters.wind_m_per_s.isZero(0);
-  return model.spring_count() > 0 || model.elastic_count() > 0 || lengths == LengthSource::kOwn ||
+  return model.spring_count() > 0 || lengths == LengthSource::kOwn ||
          feels_wind || HasMovingColliders(parameters);
 }
 
 }  // namespace
 
-double EnergyLimit::Allowed_j(double start_kinetic_j, double start_compliant_j) const {
-  return constant_j + kMaxEnergyGain * (start_kinetic_j + start_compliant_j) +
+double EnergyLimit::Allowed_j(double start_kinetic_j, double start_stored_j) const {
+  return constant_j + kMaxEnergyGain * (start_kinetic_j + start_stored_j) +
          lag_root_j * std::sqrt(start_kinetic_j);
-}
-
-bool EnergyLimit::IsExceeded(double gain_j, double start_kinetic_j,
-                             double start_compliant_j) const {
-  if (!is_watched) return false;
-  return !std::isfinite(gain_j) || gain_j > Allowed_j(start_kinetic_j, start_compliant_j);
 }
 
 EnergyLimit EnergyLimitOf(const SceneModel& model, const ClothParameters& parameters,
@@ -35,8 +29,11 @@ EnergyLimit EnergyLimitOf(const SceneModel& model, const ClothParameters& parame
   const StepSettings& settings = parameters.settings;
   const double gravity = parameters.gravity_m_per_s2.norm();
   const double mass_kg = model.total_mass_kg();
+  const bool has_compliance = model.has_compliance() || model.has_joint_compliance();
   EnergyLimit limit{.is_watched = true,
-                    .counts_compliance = model.has_compliance() || model.has_joint_compliance()};
+                    .has_stores = has_compliance || model.elastic_count() > 0,
+                    .watches_stores = has_compliance && !plan.solver.has_strips,
+                    .max_elastic_frequency_sq_per_s2 = plan.max_elastic_frequency_sq_per_s2};
   limit.constant_j = kMaxEnergyGain * mass_kg * std::max(gravity, kLeastWatchedGravity_m_per_s2) *
                      model.extent_m();
   if (!parameters.colliders.empty()) {

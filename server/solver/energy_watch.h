@@ -3,6 +3,7 @@
 #pragma once
 
 #include <algorithm>
+#include <array>
 
 #include "server/scene/scene_model.h"
 #include "server/solver/cloth_parameters.h"
@@ -11,24 +12,41 @@
 namespace drape {
 
 // What a step may add to a cloth's energy [J], as a function of the kinetic energy at its start and
-// of that of its compliant links and joints. Without such a limit any gain is allowed.
+// of what it stores then (StoredEnergy_j). Without such a limit any gain is allowed.
 struct EnergyLimit {
   bool is_watched = false;
-  // The energy of compliant links and joints counts. It need not be known where kinetic and
-  // potential energy alone stay below the limit.
-  bool counts_compliance = false;
+  // Something stores energy: compliant links and joints, elastic elements. It need not be known
+  // where kinetic and potential energy alone stay below the limit,
+  bool has_stores = false;
+  // but where few sweeps solve them it may grow alone: links are stretched whose impulses have not
+  // grown with them.
+  bool watches_stores = false;
   double constant_j = 0;
   double lag_root_j = 0;  // times the root of the kinetic energy [J^1/2]
+  double max_elastic_frequency_sq_per_s2 = 0;  // StepPlan's
 
-  double Allowed_j(double start_kinetic_j, double start_compliant_j = 0) const;
-  // A gain that is not a finite number is too much.
-  bool IsExceeded(double gain_j, double start_kinetic_j, double start_compliant_j = 0) const;
+  double Allowed_j(double start_kinetic_j, double start_stored_j = 0) const;
 };
 
-// The energy of all compliant links and joints [J], with the lengths of the model.
-// `position_of(particle)`: an Eigen::Vector3d [m].
+// |L| less the rest length [m]; negative where it is turned (scene/elastic_elements.h).
 template <class PositionOf>
-double CompliantEnergy_j(const SceneModel& model, const PositionOf& position_of) {
+double DeflectionOf_m(const ElasticElement& element, const PositionOf& position_of) {
+  std::array<Eigen::Vector3d, 4> from_first;
+  Eigen::Vector3d l = Eigen::Vector3d::Zero();
+  for (size_t k = 0; k < 4; ++k) {
+    from_first[k] = position_of(element.particles[k]) - position_of(element.particles[0]);
+    l += element.weights[k] * from_first[k];
+  }
+  const bool is_turned = l.dot(from_first[1].cross(from_first[3] - from_first[2])) < 0;
+  return l.norm() - (is_turned ? -element.rest_length_m : element.rest_length_m);
+}
+
+// The energy of all compliant links, joints and elastic elements [J], with the lengths of the
+// model; elements that are too fast for a substep as they act. `position_of(particle)`: an
+// Eigen::Vector3d [m].
+template <class PositionOf>
+double StoredEnergy_j(const SceneModel& model, double max_elastic_frequency_sq_per_s2,
+                      const PositionOf& position_of) {
   double energy_j = 0;
   for (const DistanceConstraint& link : model.constraints()) {
     if (link.compliance_m_per_n == 0) continue;
@@ -41,11 +59,18 @@ double CompliantEnergy_j(const SceneModel& model, const PositionOf& position_of)
     if (compliance_m_per_n == 0) continue;
     energy_j += (position_of(j) - position_of(i)).squaredNorm() / (2 * compliance_m_per_n);
   }
+  const ElasticShares& shares = model.elastic_shares();
+  for (size_t e = 0; e < model.elastic_elements().size(); ++e) {
+    const double deflection_m = DeflectionOf_m(model.elastic_elements()[e], position_of);
+    const double frequency_sq =
+        std::min(shares.frequencies_sq_per_s2[e], max_elastic_frequency_sq_per_s2);
+    energy_j += shares.masses_kg[e] * frequency_sq * deflection_m * deflection_m / 2;
+  }
   return energy_j;
 }
 
 // Watched are cloths on which nothing can act that gives energy, as long as their pins rest: they
-// have neither springs nor elastic elements, driven lengths, wind nor moving colliders.
+// have neither springs nor driven lengths, wind nor moving colliders.
 // The limit is kMaxEnergyGain of m |g| l plus the kinetic energy; what colliders may do to
 // particles inside them; and the half step of gravity that velocities of one step contain. Pure.
 EnergyLimit EnergyLimitOf(const SceneModel& model, const ClothParameters& parameters,

@@ -103,6 +103,16 @@ inline constexpr double kWhipEnd = 0.008;
 // Largest factor by which `load_limit` may multiply a cloth's substeps [-]. Larger: one session's
 // heavy cloth takes the time of all sessions; smaller: heavy cloths stretch.
 inline constexpr double kMaxLoadFactor = 1.8;
+// The diagonals of spans, strips that pins may hold taut, grow by this many times the square of
+// LoadRatio [-]: about four times what keeps the tension of a taut one stable with two steps.
+// Larger: spans sag and strain more; smaller: they flutter (from about 1 on two corners, 2 on four).
+inline constexpr double kSpanGive = 4;
+// From this LoadRatio on [-]; below, the least pivots at pins give way far enough. Larger: cloths
+// on four corners flutter (from 0.008 on); smaller: others are changed for nothing.
+inline constexpr double kLeastSpanLoad = 0.006;
+// A LoadRatio that counts as no larger there [-]: that of the heaviest cloths that `load_limit`
+// leaves to a step. Larger: spans of few substeps stretch without end; smaller: they flutter.
+inline constexpr double kMostSpanLoad = 0.15;
 // A link that turns farther than this within a substep, 8 degrees, has the direction of its end
 // [-, cosine]: no motion of a cloth does, only flutter. Smaller: strips of links that flutter blow
 // up; larger: more links are solved to first order.

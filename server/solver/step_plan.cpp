@@ -144,6 +144,17 @@ void ChooseRefinement(const SceneModel& model, const StepSettings& settings, Sol
   choice.refine_solves = static_cast<uint32_t>(std::min(links * kRefineShare, 4e9));
 }
 
+// SolverChoice::span_give. Sweeps that end at a tolerance find directions and impulses that suit
+// each other.
+double SpanGive(const SceneModel& model, const ClothParameters& parameters,
+                const SolverChoice& choice) {
+  if (!choice.has_strips || !model.has_spans() || parameters.settings.tolerance > 0) return 0;
+  const double load = LoadRatio(model, parameters);
+  if (load < kLeastSpanLoad) return 0;
+  const double counted = std::min(load, kMostSpanLoad);
+  return kSpanGive * counted * counted;
+}
+
 // A plane meets what is between particles only where it meets one of them. Bodies meet particles.
 bool HasSurfaceContacts(const SceneModel& model, const ClothParameters& parameters) {
   return parameters.settings.collider_contact == ColliderContact::kSurface &&
@@ -173,6 +184,7 @@ SolverChoice ChooseSolver(const SceneModel& model, const ClothParameters& parame
   choice.link_lead = LeadOfLinks(model, settings, choice);
   choice.has_remainders = choice.has_two_steps && CrossesOften(model);
   choice.hinge_stages = StagesOfHinges(model, parameters, choice);
+  choice.span_give = SpanGive(model, parameters, choice);
   ChooseRefinement(model, settings, choice);
   return choice;
 }

@@ -43,6 +43,8 @@ struct SolverChoice {
   // start-of-substep direction has the rest.
   double end_share = 1;
   uint32_t velocity_iterations = 0;  // sweeps of `solve_velocity`
+  // The diagonals of links of spans (FindSpans) are larger by this share of themselves [-].
+  double span_give = 0;
   // `refine`: the strain beyond which a link is moved; 0: no link is.
   double refine_above_strain = 0;
   uint32_t refine_rounds = 0;  // at most, per step

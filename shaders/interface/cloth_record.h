@@ -25,6 +25,7 @@ struct StepNumbers {
   float tolerance;          // relative to the rest length [-]; 0 = a fixed number of sweeps
   float contact_tolerance;  // tolerance * the model's length scale [m]
   float end_share;          // weight of the end-of-substep direction in an impulse's direction [-]
+  float span_give;          // by which diagonals of spans are larger [-]; only with spans that give
 
   float thickness;          // [m]
   float friction_static;    // [-]
@@ -50,6 +51,7 @@ struct StepNumbers {
   // Only with the watch of energy (solver/energy_watch.h).
   float energy_constant;     // [J]
   float energy_lag_root;     // [J^1/2]
+  uint watches_stores;       // EnergyLimit
   uint keeps_start_of_gain;  // a step that gains too much is not committed: it is done again
 
   uint self_contacts;  // in Parameters: a SelfContactRecord; only with self-collision

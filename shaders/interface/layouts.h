@@ -38,6 +38,7 @@ struct ModelLayout {
   uint strip_constraints;  // [constraint_count] uint
   uint strip_particles;    // [constraint_count + strip_count] uint
   uint strip_lengths;      // [constraint_count] float [m], in the order of strip_constraints
+  uint strip_spans;        // the same, 1 or 0: of a span (FindSpans); only if there is one
   // Only where strips are solved from both ends (stages/meet_strips.glsl).
   uint strip_ends;  // of each link in that order the particles before and after it, as `pairs`
   uint strip_rows;  // [constraint_count] its place in the strip | the strip's links - 1 << 10 |

@@ -12,7 +12,7 @@ float EnergyGain(float mass, vec3 v, vec3 v_change, vec3 p_change, vec3 gravity)
   return gain;
 }
 
-// `start`: kinetic and compliant energy when the step begins [J]; `constant` [J], `lag_root` [J^1/2]: EnergyLimit
+// `start`: kinetic and stored energy when the step begins [J]; `constant` [J], `lag_root` [J^1/2]: EnergyLimit
 // (server/solver/energy_watch.h). A gain that is not a finite number is too much.
 bool ExceedsEnergyLimit(float gain, vec2 start, float constant, float lag_root) {
   precise float limit = constant + MAX_ENERGY_GAIN * (start.x + start.y) + lag_root * sqrt(start.x);

@@ -74,7 +74,7 @@ struct LinearisedLink {
   float rest_length;  // [m]
   DistanceError error;
   vec3 direction;  // n, of the impulse
-  float diagonal;  // effect of the impulse on the error: (w_from + w_to) slope + alpha/h^2 [1/kg]
+  float diagonal;  // effect of the impulse on the error: (w_from + w_to) slope (1 + give) + alpha/h^2 [1/kg]
 };
 
 // `place`: of the link in the lists of links.
@@ -119,6 +119,9 @@ LinearisedLink LineariseLink(uint place, float rest_length, LinkEnd from, LinkEn
   ImpulseLine line = BlendDirections(position_difference, link.error.direction, cloth.step.end_share);
   link.direction = line.direction;
   diagonal = diagonal * line.slope;
+#endif
+#ifdef HAS_SPANS_THAT_GIVE
+  diagonal = diagonal * (1.0 + cloth.step.span_give * ModelFloat(cloth.model.strip_spans + place));
 #endif
 #ifdef HAS_COMPLIANCE
   diagonal = diagonal + compliance * InverseForceTime() * substep.inverse_link_interval;

@@ -33,8 +33,13 @@ vec2 EnergyChange(uint s) {
   return change;
 }
 
-#if defined(HAS_COMPLIANCE) || defined(HAS_JOINT_COMPLIANCE)
-#define COUNTS_COMPLIANT_ENERGY
+#if defined(HAS_APPLY_ELASTIC) || defined(HAS_SOLVE_ELASTIC) || defined(HAS_SOLVE_HINGES)
+#define STORES_IN_ELEMENTS
+#include "stages/elastic_element.glsl"
+#endif
+
+#if defined(HAS_COMPLIANCE) || defined(HAS_JOINT_COMPLIANCE) || defined(STORES_IN_ELEMENTS)
+#define HAS_STORES
 
 vec3 DifferenceAtStart(uvec2 pair) {
   precise vec3 d = StateVector(cloth.positions + 3u * pair.y) - StateVector(cloth.positions + 3u * pair.x);
@@ -46,8 +51,26 @@ vec3 DifferenceAtEnd(uvec2 pair) {
   return d;
 }
 
-// Energy of the compliant links and joints s, s + ENERGY_SUMS and so on: at the start, and its change [J].
-vec2 CompliantChange(uint s) {
+#ifdef STORES_IN_ELEMENTS
+vec3 StartPosition(uint i) { return StateVector(cloth.positions + 3u * i); }
+
+// As the element acts: softer if it is too fast for a substep.
+vec2 ElementChange(uint e) {
+  ElasticElement element = LoadElement(e);
+  uvec4 i = element.particles;
+  float stiffness = element.mass * min(element.frequency_sq, cloth.step.max_elastic_frequency_sq);
+  Differences d =
+      DifferencesFrom(StartPosition(i.x), StartPosition(i.y), StartPosition(i.z), StartPosition(i.w));
+  float start = ElasticEnergy(stiffness, ElasticDeflection(WeightedSum(element.weights, d), d, element.rest_length));
+  d = DifferencesFrom(Position(i.x), Position(i.y), Position(i.z), Position(i.w));
+  float end = ElasticEnergy(stiffness, ElasticDeflection(WeightedSum(element.weights, d), d, element.rest_length));
+  return vec2(start, end - start);
+}
+#endif
+
+// Energy of the compliant links, joints and elastic elements s, s + ENERGY_SUMS and so on: at the start, and its
+// change [J].
+vec2 StoredChange(uint s) {
   precise vec2 change = vec2(0.0);
 #ifdef HAS_COMPLIANCE
   for (uint k = s; k < cloth.constraint_count; k += ENERGY_SUMS) {
@@ -72,6 +95,9 @@ vec2 CompliantChange(uint s) {
     change += vec2(start, end - start);
   }
 #endif
+#ifdef STORES_IN_ELEMENTS
+  for (uint e = s; e < cloth.elastic_count; e += ENERGY_SUMS) change += ElementChange(e);
+#endif
   return change;
 }
 #endif
@@ -90,13 +116,14 @@ bool GainsEnergy() {
   for (uint s = gl_LocalInvocationID.x; s < ENERGY_SUMS; s += LOCAL_SIZE) SetEnergySum(s, EnergyChange(s));
   vec2 change = AddEnergySums();
   vec2 start = vec2(change.x, 0.0);
-  if (!ExceedsEnergyLimit(change.y, start, cloth.step.energy_constant, cloth.step.energy_lag_root)) return false;
-#ifdef COUNTS_COMPLIANT_ENERGY
-  for (uint s = gl_LocalInvocationID.x; s < ENERGY_SUMS; s += LOCAL_SIZE) SetEnergySum(s, CompliantChange(s));
-  vec2 compliant = AddEnergySums();
-  start.y = compliant.x;
-  return ExceedsEnergyLimit(change.y + compliant.y, start, cloth.step.energy_constant, cloth.step.energy_lag_root);
+  bool exceeds = ExceedsEnergyLimit(change.y, start, cloth.step.energy_constant, cloth.step.energy_lag_root);
+#ifdef HAS_STORES
+  if (!exceeds && cloth.step.watches_stores == 0u) return false;
+  for (uint s = gl_LocalInvocationID.x; s < ENERGY_SUMS; s += LOCAL_SIZE) SetEnergySum(s, StoredChange(s));
+  vec2 stored = AddEnergySums();
+  start.y = stored.x;
+  return ExceedsEnergyLimit(change.y + stored.y, start, cloth.step.energy_constant, cloth.step.energy_lag_root);
 #else
-  return true;
+  return exceeds;
 #endif
 }

@@ -304,5 +304,18 @@ TEST_P(StripParityTest, BlendedDirections) {
   }
 }
 
+// Rows and columns between pins, of heavy sheets: resident and tiled ones.
+TEST_P(StripParityTest, SpansThatGiveWay) {
+  for (const uint32_t side : {9u, 33u}) {
+    Scene scene = Grid(side, side, 0.5, 0.5, {0, side - 1, side * (side - 1)});
+    scene.name = "spans_" + std::to_string(side);
+    Stir(scene, 1);
+    scene.parameters.settings.sweep = Sweep::kStrips;
+    SetSubsteps(scene, 1, 2);
+    ASSERT_GT(PlanOf(scene).solver.span_give, 0.01);
+    ExpectParity(GetParam(), scene, 1);
+  }
+}
+
 }  // namespace
 }  // namespace drape::test

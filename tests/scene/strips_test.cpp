@@ -109,6 +109,15 @@ TEST(HangsByStrips, IfEachParticleHasOnePinInItsRowOrColumn) {
   EXPECT_FALSE(GridModel(4, 3, {0, 1, 2, 3, 8, 9, 10, 11})->hangs_by_strips()) << "two rows";
 }
 
+TEST(FindSpans, AreTheStripsWithTwoPins) {
+  EXPECT_FALSE(GridModel(5, 4)->has_spans());
+  EXPECT_FALSE(GridModel(5, 4, {0, 6})->has_spans()) << "neither in a row nor in a column";
+  const auto model = GridModel(5, 4, {1, 4, 11});  // of the first row and of the second column
+  uint32_t spans = 0;
+  for (uint32_t s = 0; s < model->strips().strip_count(); ++s) spans += model->IsSpan(s);
+  EXPECT_EQ(spans, 2u);
+}
+
 TEST(FindStrips, OfAStarAreItsEdges) {
   ParticleTopology star;
   star.positions_m.emplace_back(0, 0, 0);

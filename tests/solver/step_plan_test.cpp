@@ -77,6 +77,20 @@ TEST(StepPlanTest, MeshesLookAheadAndKeepTheirRemainders) {
   EXPECT_FALSE(solver(grid, Preset::kRealtime).has_remainders);
 }
 
+// Sheets of 30 mm on two corners would flutter, those of 1 m in as many cells do not.
+TEST(StepPlanTest, SpansOfHeavyClothsGiveWay) {
+  const auto span_give = [](double width_m, std::vector<uint32_t> pins, Preset preset) {
+    test::Scene scene = test::Grid(14, 11, width_m, 0.8 * width_m, std::move(pins));
+    scene.parameters.settings = PresetSettings(preset);
+    return PlanFloat(*scene.model, scene.parameters).solver.span_give;
+  };
+  EXPECT_GT(span_give(0.03, {0, 13}, Preset::kRealtime), 0);
+  EXPECT_EQ(span_give(1, {0, 13}, Preset::kRealtime), 0);
+  EXPECT_EQ(span_give(0.03, {0, 27}, Preset::kRealtime), 0) << "nothing is held taut";
+  EXPECT_EQ(span_give(0.03, {0, 13}, Preset::kAccurate), 0);
+  EXPECT_EQ(span_give(0.03, {0, 13}, Preset::kPaper), 0) << "colours";
+}
+
 // Lengths that contradict each other would be moved to in every step.
 TEST(StepPlanTest, OnlyLengthsThatCanBeMetAreRefined) {
   ClothParameters parameters;

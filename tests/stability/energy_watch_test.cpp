@@ -119,6 +119,39 @@ TEST_P(EnergyWatchTest, IsSilentForSheetsThatGiveBackWhatTheyHold) {
   }
 }
 
+// Few sweeps stretch a mesh of stiff edges, which stores energy that never becomes motion.
+TEST_P(EnergyWatchTest, WarnsOfMeshesThatFewSweepsStretch) {
+  for (const double rigidity_n_m : {0.0, 1e-4}) {
+    Scene scene = MeshedGrid(
+        20, 17, 0.6, 0.5, {0},
+        {.stretch_stiffness_n_per_m = 20000, .bending_rigidity_n_m = rigidity_n_m});
+    scene.parameters.settings = PresetSettings(Preset::kPaper);
+    ExpectWarnings(SharedBackend(GetParam()), scene, 40);
+  }
+}
+
+// What bending and shear store is given back, and no more.
+TEST_P(EnergyWatchTest, IsSilentForFabrics) {
+  Backend& backend = SharedBackend(GetParam());
+  for (const double moduli : {1.0, 1e3}) {
+    for (const bool is_mesh : {false, true}) {
+      const StructuralMaterial material{.stretch_stiffness_n_per_m = is_mesh ? 2000.0 : 0.0,
+                                        .bending_rigidity_n_m = 1e-5 * moduli,
+                                        .shear_modulus_n_per_m = 10 * moduli};
+      Scene scene = is_mesh ? MeshedGrid(12, 10, 0.5, 0.4, {0}, material)
+                            : Grid(12, 10, 0.5, 0.4, {0}, material);
+      scene.parameters.settings = PresetSettings(Preset::kRealtime);
+      Stir(scene, 2);
+      const ClothHandle cloth = CreateCloth(backend, scene);
+      for (int step = 0; step < 60; ++step) {
+        EXPECT_FALSE(StepAlone(backend, cloth, scene).warnings.energy_gained)
+            << moduli << ", " << (is_mesh ? "mesh" : "grid") << ", step " << step;
+      }
+      backend.Destroy(cloth);
+    }
+  }
+}
+
 // An ordinary sheet never has the warning, nor a step that is done twice.
 TEST_P(EnergyWatchTest, IsSilentForOrdinarySheets) {
   Backend& backend = SharedBackend(GetParam());

@@ -43,6 +43,7 @@ LaneKey::LaneKey(const FloatModel& key_model, const FloatControls& controls,
       touching_model(controls.touches_itself ? &key_model : nullptr) {
   // Cloths with and without damping share a group: each lane has a factor of its own.
   stages.Add(StepStage::kCorrectVelocity);
+  solver.span_give = 0;
   solver.end_share = controls.has_start_directions() ? 0 : 1;
   for (const FloatCollider& collider : controls.colliders) {
     colliders.push_back(static_cast<char>(collider.kind));

@@ -268,7 +268,7 @@ StepPlan PlanOf(const ReferenceCloth& cloth, const ClothParameters& parameters) 
   return PlanStep(*cloth.model, parameters, LengthsOf(cloth), ScalarType::kFloat64);
 }
 
-// From the start of the step to its end, without what is held; compliance only on request.
+// From the start of the step to its end, without what is held and what is stored.
 struct EnergyChange {
   double start_kinetic_j = 0, gain_j = 0;
 };
@@ -288,8 +288,10 @@ EnergyChange ChangeOfEnergy(const StepContext& context, const ReferenceCloth& cl
   return change;
 }
 
-double CompliantEnergyOf(const SceneModel& model, const ParticleState& state) {
-  return CompliantEnergy_j(model, [&](uint32_t i) { return state.positions_m[i]; });
+double StoredEnergyOf(const SceneModel& model, const EnergyLimit& limit,
+                      const ParticleState& state) {
+  return StoredEnergy_j(model, limit.max_elastic_frequency_sq_per_s2,
+                        [&](uint32_t i) { return state.positions_m[i]; });
 }
 
 bool MovesWhatItHolds(const StepContext& context, const ReferenceCloth& cloth) {
@@ -312,15 +314,16 @@ bool GainEnergy(const StepContexts& contexts, std::span<const SteppedReference> 
     is_held_moved = is_held_moved || MovesWhatItHolds(contexts[k], *cloths[k].cloth);
   }
   if (!std::isfinite(gain_j)) return true;
-  if (is_held_moved || gain_j <= allowed_j) return false;
-  if (std::ranges::none_of(limits, &EnergyLimit::counts_compliance)) return true;
+  const bool looks_deeper = std::ranges::any_of(limits, &EnergyLimit::watches_stores);
+  if (is_held_moved || (gain_j <= allowed_j && !looks_deeper)) return false;
+  if (std::ranges::none_of(limits, &EnergyLimit::has_stores)) return true;
   allowed_j = 0;
   for (size_t k = 0; k < cloths.size(); ++k) {
     const ReferenceCloth& cloth = *cloths[k].cloth;
     double start_j = 0;
-    if (limits[k].counts_compliance) {
-      start_j = CompliantEnergyOf(*cloth.model, cloth.state);
-      gain_j += CompliantEnergyOf(*cloth.model, contexts[k].state) - start_j;
+    if (limits[k].has_stores) {
+      start_j = StoredEnergyOf(*cloth.model, limits[k], cloth.state);
+      gain_j += StoredEnergyOf(*cloth.model, limits[k], contexts[k].state) - start_j;
     }
     const EnergyChange change = ChangeOfEnergy(contexts[k], cloth);
     allowed_j += limits[k].Allowed_j(change.start_kinetic_j, start_j);

@@ -18,7 +18,7 @@ struct Link {
   ImpulseLine line{};
   Vector3d n_end = Vector3d::Zero();  // unit, at the predicted positions
   double error_m = 0;                 // C + (alpha/h) lambda
-  double diagonal = 0;                // (w_from + w_to) slope + alpha/h^2 [1/kg]
+  double diagonal = 0;                // (w_from + w_to) slope (1 + give) + alpha/h^2 [1/kg]
   // How the impulse of the next link changes this error: -w_to n_end . n_next [1/kg], and the
   // other way round; 0 for the last.
   double from_next = 0;
@@ -32,6 +32,7 @@ std::vector<Link> Linearise(const StepContext& context, uint32_t strip) {
   const std::span<const double> w = context.w;
   const double h = context.substep.link_interval_s;
   const double force_s = context.substep.force_s();
+  const double span_give = context.model.IsSpan(strip) ? context.plan.solver.span_give : 0;
   std::vector<Link> links;
   for (uint32_t k = strips.strip_offsets[strip]; k < strips.strip_offsets[strip + 1]; ++k) {
     const DistanceConstraint& constraint = context.model.constraints()[strips.constraints[k]];
@@ -44,7 +45,7 @@ std::vector<Link> Linearise(const StepContext& context, uint32_t strip) {
     link.line = BlendDirections(start, d, context.plan.solver.end_share);
     link.error_m = length - constraint.rest_length_m +
                    constraint.compliance_m_per_n / force_s * context.lambda[strips.constraints[k]];
-    link.diagonal = (w[link.from] + w[link.to]) * link.line.slope +
+    link.diagonal = (w[link.from] + w[link.to]) * link.line.slope * (1 + span_give) +
                     constraint.compliance_m_per_n / (h * force_s);
     if (context.IsHeld(link.from, link.to)) {  // nothing to solve: a link of its own
       link.error_m = 0;

@@ -201,6 +201,11 @@ void PackStrips(const SceneModel& model, PackedModel& packed) {
   for (const uint32_t constraint : strips.constraints) {
     words.push_back(FloatWord(model.constraints()[constraint].rest_length_m));
   }
+  packed.layout.strip_spans = Position(words);
+  for (uint32_t s = 0; s < strips.strip_count() && model.has_spans(); ++s) {
+    const uint32_t links = strips.strip_offsets[s + 1] - strips.strip_offsets[s];
+    words.insert(words.end(), links, FloatWord(model.IsSpan(s) ? 1 : 0));
+  }
   packed.layout.regular_strips = Position(words);
   for (const RegularStrip& strip : FindRegularStrips(model)) {
     words.insert(words.end(), {strip.link_begin, strip.link_end, strip.first_particle, strip.stride,

@@ -35,6 +35,7 @@ void SetEnergyLimit(const GlCloth& cloth, shader::StepNumbers& step) {
   if (!limit.is_watched) return;
   step.energy_constant = static_cast<float>(limit.constant_j);
   step.energy_lag_root = static_cast<float>(limit.lag_root_j);
+  step.watches_stores = limit.watches_stores ? 1 : 0;
   step.keeps_start_of_gain = cloth.gain_response == GainResponse::kStepAgain ? 1 : 0;
 }
 
@@ -54,6 +55,7 @@ shader::StepNumbers NumbersOf(const GlCloth& cloth) {
   step.tolerance = static_cast<float>(plan.tolerance);
   step.contact_tolerance = static_cast<float>(plan.tolerance * length_scale);
   step.end_share = static_cast<float>(plan.solver.end_share);
+  step.span_give = static_cast<float>(plan.solver.span_give);
   step.thickness = static_cast<float>(parameters.thickness_m);
   step.friction_static = static_cast<float>(parameters.friction_static);
   step.friction_dynamic = static_cast<float>(parameters.friction_dynamic);

@@ -30,6 +30,7 @@ enum class Feature : uint8_t {
   kTwoSteps,
   kStartDirections,  // impulses not only along the directions at the end of the substep
   kRegularStrips,    // all strips are regular, and read without lists
+  kSpansThatGive,    // strips between pins have larger diagonals
   kQuietLinks,
   kGrips,        // particles that are held for a while
   kEnergyWatch,  // a step that gains energy for no reason is found
@@ -37,11 +38,11 @@ enum class Feature : uint8_t {
 };
 
 // [Feature], in the order above.
-inline constexpr std::array<std::string_view, 19> kFeatureNames = {
+inline constexpr std::array<std::string_view, 20> kFeatureNames = {
     "spring_forces", "compliance",  "inequalities",     "own_lengths",      "joint_compliance",
     "friction",      "restitution", "moving_colliders", "collider_reach",   "damping",
     "pins",          "tolerance",   "two_steps",        "start_directions", "regular_strips",
-    "quiet_links",   "grips",       "energy_watch",     "remainders",
+    "spans_that_give", "quiet_links", "grips", "energy_watch", "remainders",
 };
 static_assert(static_cast<size_t>(Feature::kRemainders) + 1 == kFeatureNames.size());
 

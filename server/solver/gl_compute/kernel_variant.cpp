@@ -157,6 +157,7 @@ TraitSet TraitsOf(const PlannedCloth& cloth, const DeviceTraits& device) {
              EnergyLimitOf(model, cloth.parameters, cloth.lengths, cloth.plan).is_watched);
   traits.Add(Feature::kTolerance, cloth.plan.tolerance > 0);
   traits.Add(Feature::kTwoSteps, solver.has_two_steps);
+  traits.Add(Feature::kSpansThatGive, solver.span_give > 0);
   traits.Add(Feature::kQuietLinks, solver.has_quiet_links);
   traits.Add(Feature::kRemainders, solver.has_remainders);
   traits.Add(Feature::kStartDirections, solver.has_start_directions());

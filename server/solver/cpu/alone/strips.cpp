@@ -59,6 +59,9 @@ class EightStrips : public EightPaths {
     }
     return Number(link.diagonal);
   }
+  Vec8 DiagonalFactor(const StripGroup& group) const {
+    return Splat(1) + Splat(context().controls.span_give) * Number(group.span);
+  }
   Vec8 MinPivot(const StripLink& link) const {
     if constexpr (kHasGrips) {
       return Select(InverseMasses(link, link.to) > Splat(0),

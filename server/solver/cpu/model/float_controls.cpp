@@ -36,6 +36,7 @@ FloatControls::FloatControls(const FloatModel& model, const ClothParameters& par
   const StepSettings& settings = parameters.settings;
   const double substep_s = settings.substep_s();
   damping_per_s = parameters.damping_per_s;
+  span_give = static_cast<float>(plan.solver.span_give);
   end_share = static_cast<float>(plan.solver.end_share);
   thickness_m = parameters.thickness_m;
   time_step_s = settings.time_step_s;

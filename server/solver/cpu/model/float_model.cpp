@@ -77,6 +77,19 @@ void ListLinks(FloatModel& model) {
   }
 }
 
+// Whether each constraint is on a span; empty if none is.
+std::vector<bool> FindSpannedConstraints(const SceneModel& source) {
+  if (!source.has_spans()) return {};
+  const StripSet& strips = source.strips();
+  std::vector<bool> is_spanned(strips.constraints.size(), false);
+  for (uint32_t s = 0; s < strips.strip_count(); ++s) {
+    for (uint32_t k = strips.strip_offsets[s]; k < strips.strip_offsets[s + 1]; ++k) {
+      is_spanned[strips.constraints[k]] = source.IsSpan(s);
+    }
+  }
+  return is_spanned;
+}
+
 // Lane `lane` of the links of a group, from strip `strip`; `links` are those of the group.
 template <class Link>
 void PackStripLane(const FloatModel& model, uint32_t strip, uint32_t lane, std::span<Link> links) {
@@ -112,8 +125,8 @@ Link PaddingLink(const FloatModel& model) {
 
 // Strips of a phase are sorted by length, so little is padding. Returns where the groups of each
 // phase begin, and where the last ends.
-template <class Ends, class Link>
-std::vector<uint32_t> PackStrips(FloatModel& model, std::vector<Strips<Ends>>& groups,
+template <class Ends, class Numbers, class Link>
+std::vector<uint32_t> PackStrips(FloatModel& model, std::vector<Strips<Ends, Numbers>>& groups,
                                  std::vector<Link>& links) {
   std::vector<uint32_t> phase_offsets;
   constexpr uint32_t kCount = std::tuple_size_v<Ends>;
@@ -127,13 +140,15 @@ std::vector<uint32_t> PackStrips(FloatModel& model, std::vector<Strips<Ends>>& g
       for (uint32_t k = s; k < s + lane_count; ++k) {
         length = std::max(length, strips.strip_offsets[k + 1] - strips.strip_offsets[k]);
       }
-      Strips<Ends> group;
+      Strips<Ends, Numbers> group{};
       group.first.fill(model.spare_particle());
       group.link_begin = static_cast<uint32_t>(links.size());
       group.link_end = group.link_begin + length;
       links.resize(group.link_end, PaddingLink<Link>(model));
       for (uint32_t lane = 0; lane < lane_count; ++lane) {
         group.first[lane] = strips.particles[strips.strip_offsets[s + lane] + s + lane];
+        group.constraints[lane] = strips.constraints[strips.strip_offsets[s + lane]];
+        group.span.Set(lane, model.source->IsSpan(s + lane) ? 1 : 0);
         PackStripLane(model, s + lane, lane, std::span(links).subspan(group.link_begin));
       }
       for (Link& link : std::span(links).subspan(group.link_begin)) {
@@ -373,6 +388,7 @@ FloatModel::FloatModel(std::shared_ptr<const SceneModel> scene_model,
   ListLinks(*this);
   if (has_compliance()) compliances.push_back(Splat(0));
   PackJoints(*this);
+  spanned_constraints = FindSpannedConstraints(*source);
   strip_phase_offsets = PackStrips(*this, strips, strip_links);
   PackStrips(*this, strip_pairs, pair_links);
   strip_compliances = PackCompliances<Numbers8>(*this, strip_links);

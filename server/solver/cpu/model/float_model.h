@@ -45,15 +45,17 @@ struct StripLinks {
 };
 
 // Strips of a phase side by side. Others of their phase may have the same pins.
-template <class Ends>
+template <class Ends, class Numbers>
 struct Strips {
   Ends first;           // their first particles
+  Ends constraints;     // the first of each
+  Numbers span;         // 1: a span (FindSpans); else 0
   uint32_t link_begin;  // in the array of their links
   uint32_t link_end;
 };
 
 using StripLink = StripLinks<std::array<uint32_t, kVec8Size>, Numbers8>;
-using StripGroup = Strips<std::array<uint32_t, kVec8Size>>;
+using StripGroup = Strips<std::array<uint32_t, kVec8Size>, Numbers8>;
 
 // Two strips, the same of several cloths.
 struct NumberPair {
@@ -63,7 +65,7 @@ struct NumberPair {
   friend bool operator==(const NumberPair&, const NumberPair&) = default;
 };
 using PairLink = StripLinks<std::array<uint32_t, 2>, NumberPair>;
-using StripPair = Strips<std::array<uint32_t, 2>>;
+using StripPair = Strips<std::array<uint32_t, 2>, NumberPair>;
 
 // Bounds of the accumulated impulses of four constraints [N s]: at most 0 for a rope, at least 0
 // for a strut, none for others.
@@ -202,6 +204,7 @@ struct FloatModel {
   // no strip has come last. [pair_count + 2] offsets.
   std::vector<uint32_t> pair_particles;
   std::vector<uint32_t> pair_particle_offsets;
+  std::vector<bool> spanned_constraints;  // those of spans (FindSpans); empty: there are none
   uint32_t longest_strip = 0;         // links
   uint32_t longest_elastic_line = 0;  // particles
   // The places of the constraints of each particle: [particle_count + 1] offsets.
@@ -233,6 +236,9 @@ struct FloatModel {
   uint32_t spare_particle() const { return particle_count; }
   // Neither a pin nor the spare particle.
   bool IsFree(uint32_t i) const { return i < particle_count && inverse_masses[i] != 0; }
+  bool IsSpanned(uint32_t constraint) const {
+    return !spanned_constraints.empty() && spanned_constraints[constraint];
+  }
   bool has_compliance() const { return !compliances.empty(); }
   // A sweep comes back through phases of strips (AddWaysBack).
   bool has_ways_back() const {

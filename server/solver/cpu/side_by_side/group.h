@@ -29,6 +29,7 @@ struct GroupScratch {
   SimdMemory inverse_masses;  // [particle_count + 1]
   SimdMemory pins;            // [pin_lists.pin_count]
   SimdMemory tether_lengths;  // [pin_lists.tether_offsets.back()]
+  SimdMemory spans;           // [strip_pairs]
   std::vector<uint32_t> unlike_elements;
   std::vector<uint32_t> own_elements;   // OwnPins::element_places
   SimdMemory element_numbers;           // [unlike_elements + 1]

@@ -96,6 +96,19 @@ void GatherTethers(const ModelOfLane& models, const OwnPins& own_pins) {
   }
 }
 
+// Which strips are spans of each cloth.
+void GatherSpans(const ModelOfLane& models, const FloatModel& layout, const OwnPins& own_pins) {
+  for (size_t pair = 0; pair < layout.strip_pairs.size(); ++pair) {
+    const auto spans_of = [&](uint32_t constraint) {
+      return NumberOfModels(models, [&](const FloatModel& model) {
+        return model.IsSpanned(constraint) ? 1.0f : 0.0f;
+      });
+    };
+    const auto& [low, high] = layout.strip_pairs[pair].constraints;
+    own_pins.spans[pair] = {spans_of(low), spans_of(high)};
+  }
+}
+
 // The states of pins and their targets. A cloth that has fewer pins than others has some that
 // nothing reads.
 void GatherPins(std::span<const GroupCloth> cloths, const GroupContext& context) {
@@ -119,6 +132,7 @@ void GatherOwnPins(std::span<const GroupCloth> cloths, const GroupContext& conte
   const ModelOfLane models = ModelsOf(cloths);
   GatherInverseMasses(cloths, context.model, context.own_pins);
   GatherTethers(models, context.own_pins);
+  GatherSpans(models, context.model, context.own_pins);
   GatherPins(cloths, context);
 }
 

@@ -138,6 +138,7 @@ struct OwnPins {
   const uint32_t* element_places = nullptr;
   OwnElement* elements = nullptr;
   const OwnPlace* elastic_places = nullptr;  // as ElasticEntries::pairs.places
+  VecPair* spans = nullptr;                  // [strip_pairs] 1: a span (FindSpans); else 0
 };
 
 OwnPins OwnPinsOf(std::span<const GroupCloth> cloths, GroupScratch& scratch) {
@@ -145,7 +146,11 @@ OwnPins OwnPinsOf(std::span<const GroupCloth> cloths, GroupScratch& scratch) {
   const PinLists& lists = scratch.pin_lists;
   return {&lists, scratch.inverse_masses.Reserve<VecCloths>(lists.held_by.size() + 1),
           scratch.pins.Reserve<ClothParticle>(lists.pin_count),
-          scratch.tether_lengths.Reserve<VecCloths>(lists.tether_offsets.back())};
+          scratch.tether_lengths.Reserve<VecCloths>(lists.tether_offsets.back()),
+          nullptr,
+          nullptr,
+          nullptr,
+          scratch.spans.Reserve<VecPair>(cloths[0].context.model.layout().strip_pairs.size())};
 }
 
 // Everything one step of a group needs.
@@ -193,6 +198,7 @@ struct GroupContext {
         air_drag(NumberOf(cloths, [](const FloatControls& c) { return c.air_drag; })),
         air_lift(NumberOf(cloths, [](const FloatControls& c) { return c.air_lift; })),
         end_share(NumberOf(cloths, [](const FloatControls& c) { return c.end_share; })),
+        span_give(NumberOf(cloths, [](const FloatControls& c) { return c.span_give; })),
         friction_static(NumberOf(cloths, [](const FloatControls& c) { return c.friction_static; })),
         friction_dynamic(
             NumberOf(cloths, [](const FloatControls& c) { return c.friction_dynamic; })),
@@ -276,6 +282,7 @@ struct GroupContext {
   const VectorsCloths wind;
   const VecCloths air_drag, air_lift;
   const VecCloths end_share;
+  const VecCloths span_give;
   const VecCloths friction_static, friction_dynamic;
   const VecCloths restitution, slowest_rebound, slowest_landing;
   const bool has_restitution;                             // some cloth has

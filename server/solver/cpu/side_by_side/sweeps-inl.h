@@ -70,6 +70,14 @@ class StripPairs : public PathPairs {
     }
     return Number(link.diagonal);
   }
+  VecPair DiagonalFactor(const StripPair& pair) const {
+    const VecCloths one = SplatCloths(1), give = context().span_give;
+    if constexpr (kHasOwnPins) {
+      const VecPair& spans = context().own_pins.spans[&pair - groups().data()];
+      return {one + give * spans.low, one + give * spans.high};
+    }
+    return {one + give * SplatCloths(pair.span.low), one + give * SplatCloths(pair.span.high)};
+  }
   VecPair MinPivot(const PairLink& link) const {
     if constexpr (kHasOwnPins) {
       return Select(InverseMasses(link, link.to) > Splat(0),

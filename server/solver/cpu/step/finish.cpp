@@ -69,9 +69,10 @@ EnergyChange ChangeOfEnergy(const StepContext& context, const FloatState& start)
   return change;
 }
 
-double CompliantEnergyOf(const StepContext& context, const FloatState& state) {
-  return CompliantEnergy_j(*context.model.source,
-                           [&](uint32_t i) { return ToVector3d(state.positions[i]); });
+double StoredEnergyOf(const StepContext& context, const FloatState& state) {
+  return StoredEnergy_j(*context.model.source,
+                        context.controls.energy_limit.max_elastic_frequency_sq_per_s2,
+                        [&](uint32_t i) { return ToVector3d(state.positions[i]); });
 }
 
 bool MovesWhatItHolds(const StepContext& context, const FloatState& start) {
@@ -93,23 +94,24 @@ bool GainEnergy(std::span<const EndingCloth> cloths) {
     if (!limit_of(cloth).is_watched) return false;
   }
   double gain_j = 0, allowed_j = 0;
-  bool counts_compliance = false, is_held_moved = false;
+  bool have_stores = false, watches_stores = false, is_held_moved = false;
   for (const EndingCloth& cloth : cloths) {
     const EnergyChange change = ChangeOfEnergy(cloth.context, cloth.state);
     gain_j += change.gain_j;
     allowed_j += limit_of(cloth).Allowed_j(change.start_kinetic_j);
-    counts_compliance |= limit_of(cloth).counts_compliance;
+    have_stores |= limit_of(cloth).has_stores;
+    watches_stores |= limit_of(cloth).watches_stores;
     is_held_moved = is_held_moved || MovesWhatItHolds(cloth.context, cloth.state);
   }
   if (!std::isfinite(gain_j)) return true;
-  if (is_held_moved || gain_j <= allowed_j) return false;
-  if (!counts_compliance) return true;
+  if (is_held_moved || (gain_j <= allowed_j && !watches_stores)) return false;
+  if (!have_stores) return true;
   allowed_j = 0;
   for (const EndingCloth& cloth : cloths) {
     const EnergyChange change = ChangeOfEnergy(cloth.context, cloth.state);
-    const bool counts = limit_of(cloth).counts_compliance;
-    const double start_j = counts ? CompliantEnergyOf(cloth.context, cloth.state) : 0;
-    if (counts) gain_j += CompliantEnergyOf(cloth.context, cloth.context.scratch.state) - start_j;
+    const bool counts = limit_of(cloth).has_stores;
+    const double start_j = counts ? StoredEnergyOf(cloth.context, cloth.state) : 0;
+    if (counts) gain_j += StoredEnergyOf(cloth.context, cloth.context.scratch.state) - start_j;
     allowed_j += limit_of(cloth).Allowed_j(change.start_kinetic_j, start_j);
   }
   return !std::isfinite(gain_j) || gain_j > allowed_j;

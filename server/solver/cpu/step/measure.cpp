@@ -8,6 +8,7 @@
 #include "server/solver/cpu/step/collider_gap.h"
 #include "server/solver/cpu/step/collider_surface.h"
 #include "server/solver/cpu/step/strain_histogram.h"
+#include "server/solver/energy_watch.h"
 #include "server/solver/self_contact/crossing_search.h"
 #include "server/solver/solver_constants.h"
 
@@ -77,22 +78,10 @@ void MeasureStrain(const StepContext& context, const FloatState& state, Measurem
   }
 }
 
-// l - rest length of an elastic element [m] (scene/elastic_elements.h).
-double Deflection(const FloatState& state, const ElasticElement& element) {
-  std::array<Eigen::Vector3d, 4> from_first;
-  Eigen::Vector3d l = Eigen::Vector3d::Zero();
-  for (size_t k = 0; k < 4; ++k) {
-    from_first[k] = ToVector3d(state.positions[element.particles[k]]) -
-                    ToVector3d(state.positions[element.particles[0]]);
-    l += element.weights[k] * from_first[k];
-  }
-  const bool is_turned = l.dot(from_first[1].cross(from_first[3] - from_first[2])) < 0;
-  return l.norm() - (is_turned ? -element.rest_length_m : element.rest_length_m);
-}
-
 void MeasureElastic(const StepContext& context, const FloatState& state, Measurements& measured) {
   for (const ElasticElement& element : context.model.source->elastic_elements()) {
-    const double deflection = Deflection(state, element);
+    const double deflection = DeflectionOf_m(
+        element, [&](uint32_t i) { return ToVector3d(state.positions[i]); });
     measured.strain_energy_j += 0.5 * element.stiffness_n_per_m * deflection * deflection;
   }
 }

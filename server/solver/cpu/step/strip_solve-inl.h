@@ -34,6 +34,7 @@ inline constexpr float kMaxMove = static_cast<float>(kMaxStripMove);
 //   Number(x)                                                               a number of a link
 //   InverseMassFrom(link, from), Diagonal(link, from), InverseMassTo(link), MinPivot(link)
 //   LooseError(link, from, error)                           0 where both ends are held
+//   DiagonalFactor(group)                                   1, or more for spans
 //   Running(mask)                                                           lanes that are swept
 //   PositionDifferences, VelocityDifferences, PredictedDifferences          from, to -> Vectors
 //   RoundOffs(ends)                               quiet_round_offs of the particles: Scalars
@@ -65,6 +66,7 @@ class StripSolve {
         end_directions_(access.end_directions()),
         limit_scale_(1 /
                      (kMaxMove * access.inverse_interval() * kMaxMove * access.inverse_interval())),
+        diagonal_factor_(access.DiagonalFactor(group)),
         largest_ratio_sq_(access.Splat(0)),
         inverse_pivot_(access.Splat(0)) {}
 
@@ -105,7 +107,7 @@ class StripSolve {
         d = access_.PredictedDifferences(*from, link.to);
       }
       const Scalars inverse_mass_from = access_.InverseMassFrom(link, *from);
-      Scalars diagonal = access_.Diagonal(link, *from);
+      Scalars diagonal = diagonal_factor_ * access_.Diagonal(link, *from);
       const Ends& link_from = *from;
       from = &link.to;
       const Scalars length = Sqrt(Dot(d, d));
@@ -228,6 +230,7 @@ class StripSolve {
   StripLinkSolution<Scalars, Vectors>* const solution_;
   Vectors* const end_directions_;
   const float limit_scale_;  // over the square of a change of velocity that moves a link's length
+  const Scalars diagonal_factor_;
   Scalars largest_ratio_sq_;
   Scalars inverse_pivot_;  // of the link eliminated last
 };
