@@ -74,4 +74,10 @@ void Buffer::BindUniforms(GLuint binding) const {
   glBindBufferBase(GL_UNIFORM_BUFFER, binding, name_);
 }
 
+void Buffer::BindUniforms(GLuint binding, size_t offset_bytes, size_t size_bytes) const {
+  DRAPE_CHECK(offset_bytes + size_bytes <= size_bytes_, "uniforms beyond the end of a buffer");
+  glBindBufferRange(GL_UNIFORM_BUFFER, binding, name_, static_cast<GLintptr>(offset_bytes),
+                    static_cast<GLsizeiptr>(size_bytes));
+}
+
 }  // namespace drape::gl

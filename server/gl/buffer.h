@@ -41,6 +41,8 @@ class Buffer {
                 size_t size_bytes);
   void BindStorage(GLuint binding) const;
   void BindUniforms(GLuint binding) const;
+  // A part, from a multiple of 256 bytes on.
+  void BindUniforms(GLuint binding, size_t offset_bytes, size_t size_bytes) const;
 
  private:
   friend class ReadbackBuffer;

@@ -7,7 +7,7 @@ namespace drape::gl {
 
 namespace {
 
-constexpr GLint kSamples = 4;
+constexpr uint32_t kManySamples = 4;
 
 GLint GlInt(GLenum name) {
   GLint value = 0;
@@ -30,10 +30,12 @@ void ForgetErrors() {
 
 }  // namespace
 
-Result<PictureTarget> PictureTarget::Create(uint32_t width_px, uint32_t height_px) {
+Result<PictureTarget> PictureTarget::Create(uint32_t width_px, uint32_t height_px,
+                                            uint32_t samples) {
   DRAPE_CHECK(width_px > 0 && height_px > 0, "a picture needs a size");
+  DRAPE_CHECK(samples == 1 || samples == kManySamples, "one or four samples per pixel");
   const auto largest = static_cast<uint32_t>(
-      std::min(GlInt(GL_MAX_RENDERBUFFER_SIZE), GlInt(GL_MAX_FRAMEBUFFER_WIDTH)));
+      std::min(GlInt(GL_MAX_TEXTURE_SIZE), GlInt(GL_MAX_FRAMEBUFFER_WIDTH)));
   if (std::max(width_px, height_px) > largest) {
     return NoRoom("the device draws pictures of at most " + SizeText(largest, largest) + ", not " +
                   SizeText(width_px, height_px));
@@ -42,25 +44,45 @@ Result<PictureTarget> PictureTarget::Create(uint32_t width_px, uint32_t height_p
   PictureTarget target;
   target.width_px_ = width_px;
   target.height_px_ = height_px;
-  const auto width = static_cast<GLsizei>(width_px);
-  const auto height = static_cast<GLsizei>(height_px);
-  const GLint samples = std::min(kSamples, GlInt(GL_MAX_SAMPLES));
-  glCreateFramebuffers(2, target.framebuffers_.data());
-  glCreateRenderbuffers(4, target.renderbuffers_.data());
-  const auto [colour, depth, resolved, resolved_depth] = target.renderbuffers_;
-  glNamedRenderbufferStorageMultisample(colour, samples, GL_SRGB8_ALPHA8, width, height);
-  glNamedRenderbufferStorageMultisample(depth, samples, GL_DEPTH_COMPONENT32F, width, height);
-  glNamedRenderbufferStorage(resolved, GL_SRGB8_ALPHA8, width, height);
-  glNamedRenderbufferStorage(resolved_depth, GL_DEPTH_COMPONENT32F, width, height);
-  const auto [many, one] = target.framebuffers_;
-  glNamedFramebufferRenderbuffer(many, GL_COLOR_ATTACHMENT0, GL_RENDERBUFFER, colour);
-  glNamedFramebufferRenderbuffer(many, GL_DEPTH_ATTACHMENT, GL_RENDERBUFFER, depth);
-  glNamedFramebufferRenderbuffer(one, GL_COLOR_ATTACHMENT0, GL_RENDERBUFFER, resolved);
-  glNamedFramebufferRenderbuffer(one, GL_DEPTH_ATTACHMENT, GL_RENDERBUFFER, resolved_depth);
+  target.row_count_ = height_px;
+  target.samples_ = samples;
+  target.MakeTextures();
   if (glGetError() != GL_NO_ERROR || !target.IsComplete()) {
     return NoRoom("the device has no room for a picture of " + SizeText(width_px, height_px));
   }
   return target;
+}
+
+void PictureTarget::MakeTextures() {
+  const auto width = static_cast<GLsizei>(width_px_);
+  const auto height = static_cast<GLsizei>(height_px_);
+  const bool is_many = samples_ > 1;
+  const GLenum kind = is_many ? GL_TEXTURE_2D_MULTISAMPLE : GL_TEXTURE_2D;
+  const auto store = [&](GLuint texture, GLenum format) {
+    if (is_many) {
+      glTextureStorage2DMultisample(texture, static_cast<GLsizei>(samples_), format, width, height,
+                                    GL_TRUE);
+    } else {
+      glTextureStorage2D(texture, 1, format, width, height);
+    }
+  };
+  glCreateTextures(kind, 2, &textures_[kColour]);
+  store(textures_[kColour], GL_SRGB8_ALPHA8);
+  store(textures_[kDepth], GL_DEPTH_COMPONENT32F);
+  glGenTextures(1, &textures_[kStoredColour]);
+  glTextureView(textures_[kStoredColour], kind, textures_[kColour], GL_RGBA8, 0, 1, 0, 1);
+  glCreateTextures(GL_TEXTURE_2D, 2, &textures_[kPackedColour]);
+  glTextureStorage2D(textures_[kPackedColour], 1, GL_RGBA8, width, height);
+  glTextureStorage2D(textures_[kPackedNumber], 1, GL_R32F, width, height);
+
+  glCreateFramebuffers(2, framebuffers_.data());
+  const auto [many, packed] = framebuffers_;
+  glNamedFramebufferTexture(many, GL_COLOR_ATTACHMENT0, textures_[kColour], 0);
+  glNamedFramebufferTexture(many, GL_DEPTH_ATTACHMENT, textures_[kDepth], 0);
+  glNamedFramebufferTexture(packed, GL_COLOR_ATTACHMENT0, textures_[kPackedColour], 0);
+  glNamedFramebufferTexture(packed, GL_COLOR_ATTACHMENT1, textures_[kPackedNumber], 0);
+  const std::array<GLenum, 2> outputs = {GL_COLOR_ATTACHMENT0, GL_COLOR_ATTACHMENT1};
+  glNamedFramebufferDrawBuffers(packed, 2, outputs.data());
 }
 
 bool PictureTarget::IsComplete() const {
@@ -73,62 +95,53 @@ PictureTarget::~PictureTarget() {
   // OpenGL ignores names that are 0.
   if (width_px_ == 0) return;
   glDeleteFramebuffers(2, framebuffers_.data());
-  glDeleteRenderbuffers(4, renderbuffers_.data());
+  glDeleteTextures(kTextureCount, textures_.data());
 }
 
 PictureTarget& PictureTarget::operator=(PictureTarget&& other) noexcept {
   std::swap(width_px_, other.width_px_);
   std::swap(height_px_, other.height_px_);
+  std::swap(row_count_, other.row_count_);
+  std::swap(samples_, other.samples_);
   std::swap(framebuffers_, other.framebuffers_);
-  std::swap(renderbuffers_, other.renderbuffers_);
+  std::swap(textures_, other.textures_);
   return *this;
+}
+
+void PictureTarget::UseRows(uint32_t row_count) {
+  DRAPE_CHECK(row_count <= height_px_, "a picture has the rows that it was made with");
+  row_count_ = row_count;
 }
 
 void PictureTarget::Begin() const {
   glBindFramebuffer(GL_FRAMEBUFFER, framebuffers_[0]);
-  glViewport(0, 0, static_cast<GLsizei>(width_px_), static_cast<GLsizei>(height_px_));
-  glEnable(GL_FRAMEBUFFER_SRGB);
+  glViewport(0, 0, static_cast<GLsizei>(width_px_), static_cast<GLsizei>(row_count_));
 }
 
-void PictureTarget::Resolve() const {
-  Copy(GL_COLOR_BUFFER_BIT);
+void PictureTarget::BeginPacking(GLuint colour_unit, GLuint depth_unit) const {
   glBindFramebuffer(GL_FRAMEBUFFER, framebuffers_[1]);
-}
-
-void PictureTarget::ResolveDepths() const {
-  Copy(GL_DEPTH_BUFFER_BIT);
-}
-
-void PictureTarget::Copy(GLbitfield what) const {
-  const auto width = static_cast<GLint>(width_px_);
-  const auto height = static_cast<GLint>(height_px_);
-  glBlitNamedFramebuffer(framebuffers_[0], framebuffers_[1], 0, 0, width, height, 0, 0, width,
-                         height, what, GL_NEAREST);
+  glBindTextureUnit(colour_unit, textures_[kStoredColour]);
+  glBindTextureUnit(depth_unit, textures_[kDepth]);
 }
 
 template <class T>
-std::vector<T> PictureTarget::ReadPixels(GLenum format, GLenum type, size_t channels) const {
-  const size_t row_size = channels * width_px_;
-  std::vector<T> pixels(row_size * height_px_);
+std::vector<T> PictureTarget::ReadPixels(GLenum attachment, GLenum format, GLenum type,
+                                         size_t channels) const {
+  std::vector<T> pixels(channels * width_px_ * row_count_);
   glBindFramebuffer(GL_READ_FRAMEBUFFER, framebuffers_[1]);
+  glReadBuffer(attachment);
   glPixelStorei(GL_PACK_ALIGNMENT, 1);
-  glReadnPixels(0, 0, static_cast<GLsizei>(width_px_), static_cast<GLsizei>(height_px_), format,
+  glReadnPixels(0, 0, static_cast<GLsizei>(width_px_), static_cast<GLsizei>(row_count_), format,
                 type, static_cast<GLsizei>(pixels.size() * sizeof(T)), pixels.data());
-  // OpenGL's first row is the bottom one.
-  for (size_t row = 0; row < height_px_ / 2; ++row) {
-    const auto top = pixels.begin() + static_cast<ptrdiff_t>(row * row_size);
-    const auto bottom = pixels.end() - static_cast<ptrdiff_t>((row + 1) * row_size);
-    std::swap_ranges(top, top + static_cast<ptrdiff_t>(row_size), bottom);
-  }
   return pixels;
 }
 
-std::vector<uint8_t> PictureTarget::Read() const {
-  return ReadPixels<uint8_t>(GL_RGB, GL_UNSIGNED_BYTE, 3);
+std::vector<uint8_t> PictureTarget::ReadColours() const {
+  return ReadPixels<uint8_t>(GL_COLOR_ATTACHMENT0, GL_RGB, GL_UNSIGNED_BYTE, 3);
 }
 
-std::vector<float> PictureTarget::ReadDepths() const {
-  return ReadPixels<float>(GL_DEPTH_COMPONENT, GL_FLOAT, 1);
+std::vector<float> PictureTarget::ReadNumbers() const {
+  return ReadPixels<float>(GL_COLOR_ATTACHMENT1, GL_RED, GL_FLOAT, 1);
 }
 
 Result<DepthMap> DepthMap::Create(uint32_t size_px) {

@@ -48,6 +48,9 @@ struct PictureSpec {
   bool has_legend = true;  // the colour scale; kMaterial has none
   bool has_colliders = true;
   bool has_pins = true;
+  bool has_shadows = true;  // that the key light casts
+  // Of each pixel: 4, whose mean its colour is, or 1, at its centre: edges are then jagged.
+  uint32_t samples = 4;
   // Each cloth in a picture of its own, one below the other (tiles.h).
   bool is_tiled = false;
   // Pixels as they are in place of a file.

@@ -4,6 +4,7 @@
 layout(std430, binding = DRAPE_DRAW_BINDING_INSTANCES) readonly buffer Labels {
   LabelRecord labels[];
 };
+layout(location = DRAPE_DRAW_UNIFORM_FIRST_INSTANCE) uniform uint first_instance;
 
 layout(location = 0) out vec2 texture_place;
 layout(location = 1) out vec2 pixel;
@@ -12,7 +13,7 @@ layout(location = 2) flat out uint label_index;
 const vec2 kCorners[6] = vec2[](vec2(0, 0), vec2(1, 0), vec2(1, 1), vec2(0, 0), vec2(1, 1), vec2(0, 1));
 
 void main() {
-  label_index = uint(gl_InstanceID);
+  label_index = first_instance + uint(gl_InstanceID);
   LabelRecord label = labels[label_index];
   vec2 corner = kCorners[gl_VertexID];
   pixel = mix(label.box.xy, label.box.zw, corner);

@@ -11,6 +11,7 @@ float LightShare(vec3 position, vec3 normal) {
   vec3 place = (frame.shadow_from_world * vec4(off_surface, 1.0)).xyz;
   if (any(greaterThan(abs(place.xy - 0.5), vec2(0.5)))) return 1.0;
   place.z = min(place.z, 1.0);  // behind everything that casts a shadow
+  place.xy = frame.shadow_cell.xy + place.xy * frame.shadow_cell.zw;
   float share = 0.0;
   for (int y = -1; y <= 1; ++y) {
     for (int x = -1; x <= 1; ++x) {

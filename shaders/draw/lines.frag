@@ -1,5 +1,6 @@
 // Ribbons, lit as if they were round. Colours of groups are shown as they are in the legend.
 #include "draw/light.glsl"
+#include "draw/picture.glsl"
 #include "draw/value_colour.glsl"
 
 layout(location = 0) in vec3 position;
@@ -11,10 +12,10 @@ layout(location = 0) out vec4 picture;
 
 void main() {
   if (colouring == DRAPE_DRAW_GROUPS) {
-    picture = vec4(colour, 1.0);
+    picture = Opaque(colour);
     return;
   }
   float up = sqrt(max(1.0 - across * across, 0.0));
   vec3 n = normalize(across * side + up * ToViewer(position));
-  picture = vec4(ShadedColour(BaseColour(value, colour), position, n, 0.05), 1.0);
+  picture = Opaque(ShadedColour(BaseColour(value, colour), position, n, 0.05));
 }

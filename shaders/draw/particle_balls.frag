@@ -1,4 +1,5 @@
 // Discs, lit as if they were balls.
+#include "draw/picture.glsl"
 #include "draw/value_colour.glsl"
 #include "lib/shading.glsl"
 
@@ -18,5 +19,5 @@ void main() {
   vec3 base = ball_kind == DRAPE_DRAW_BALL_PINS ? colour : BaseColour(value, colour);
   // Always in the light: seen from the light the disc is another one, which would shade this one.
   vec3 to_light = frame.to_light.xyz;
-  picture = vec4(LitColour(base, n, ToViewer(position), to_light, 1.0, 0.15), 1.0);
+  picture = Opaque(LitColour(base, n, ToViewer(position), to_light, 1.0, 0.15));
 }

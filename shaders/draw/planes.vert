@@ -5,6 +5,7 @@
 layout(std430, binding = DRAPE_DRAW_BINDING_INSTANCES) readonly buffer Planes {
   PlaneRecord planes[];
 };
+layout(location = DRAPE_DRAW_UNIFORM_FIRST_INSTANCE) uniform uint first_instance;
 
 layout(location = 0) out vec3 position;
 layout(location = 1) out vec2 from_center;
@@ -14,7 +15,7 @@ layout(location = 2) flat out uint plane_index;
 const vec2 kCorners[3] = vec2[](vec2(-1.7320508, -1), vec2(1.7320508, -1), vec2(0, 2));
 
 void main() {
-  plane_index = uint(gl_InstanceID);
+  plane_index = first_instance + uint(gl_InstanceID);
   PlaneRecord plane = planes[plane_index];
   from_center = plane.center.w * kCorners[gl_VertexID];
   position = plane.center.xyz + from_center.x * plane.tangent.xyz +

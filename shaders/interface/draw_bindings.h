@@ -16,19 +16,25 @@
 #define DRAPE_DRAW_BINDING_EXTENTS 5
 // Colours of groups, balls, planes or labels: the instances of a draw.
 #define DRAPE_DRAW_BINDING_INSTANCES 6
+#define DRAPE_DRAW_BINDING_LIT 7
 // Storage blocks that a vertex shader uses at most.
 #define DRAPE_DRAW_VERTEX_STORAGE_BLOCKS 5
 
 // Texture units.
 #define DRAPE_DRAW_UNIT_SHADOW 0
 #define DRAPE_DRAW_UNIT_GLYPHS 1
+// The samples of a picture.
+#define DRAPE_DRAW_UNIT_COLOURS 2
+#define DRAPE_DRAW_UNIT_DEPTHS 3
 
 // Uniforms.
 #define DRAPE_DRAW_UNIFORM_FIRST_CLOTH 0
 #define DRAPE_DRAW_UNIFORM_COLOURING 1
-#define DRAPE_DRAW_UNIFORM_SEGMENTS 2
+#define DRAPE_DRAW_UNIFORM_QUARTER_FACES 2
 #define DRAPE_DRAW_UNIFORM_BALL_KIND 3
 #define DRAPE_DRAW_UNIFORM_MESH 4
+#define DRAPE_DRAW_UNIFORM_FIRST_INSTANCE 5
+#define DRAPE_DRAW_UNIFORM_ROWS 6
 
 // Directions in which the extent of cloths is measured.
 #define DRAPE_DRAW_REACHES 8
@@ -55,6 +61,9 @@
 #define DRAPE_DRAW_CONSTRAINT_WORDS 3u
 // Words of a corner of a mesh collider: position xyz [m], normal xyz.
 #define DRAPE_DRAW_MESH_CORNER_WORDS 6u
+
+// Words of a particle in Lit.
+#define DRAPE_DRAW_LIT_WORDS 3u
 
 // Corners of the disc as which a ball is drawn; vertices of a disc.
 #define DRAPE_DRAW_DISC_CORNERS 16

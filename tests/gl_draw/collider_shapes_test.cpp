@@ -82,11 +82,13 @@ TEST(ColliderShapesTest, ACylinderIsAMeshOfItsDrawnSize) {
     const double radius_m = 0.5 - 2 * 1.44 * length_m * length_m / (8 * 0.5) - 0.004 * 0.5;
     double volume_m3 = 0;
     for (const auto& [i, j, k] : solid.mesh->triangles) {
-      const Vector3d *p = &solid.mesh->positions_m[i], *q = &solid.mesh->positions_m[j],
-                     *r = &solid.mesh->positions_m[k];
-      volume_m3 += p->dot(q->cross(*r)) / 6;
-      EXPECT_LE(std::hypot(p->x(), p->z()), radius_m + 1e-12);
-      EXPECT_NEAR(std::abs(p->y()), half_length_m, 1e-12);
+      const auto drawn = [&](uint32_t vertex) -> Vector3d {
+        return solid.mesh->positions_m[vertex].cwiseProduct(solid.mesh_scale);
+      };
+      const Vector3d p = drawn(i);
+      volume_m3 += p.dot(drawn(j).cross(drawn(k))) / 6;
+      EXPECT_LE(std::hypot(p.x(), p.z()), radius_m + 1e-12);
+      EXPECT_NEAR(std::abs(p.y()), half_length_m, 1e-12);
     }
     EXPECT_NEAR(volume_m3, M_PI * radius_m * radius_m * 2 * half_length_m, 0.002)
         << "closed, outside outwards";

@@ -69,6 +69,14 @@ ClothMeasures::Cloth MeasuredCloth(const shader::ClothExtents& extent, const Vec
           .margin_m = has_surface ? record.pin_radius : record.ball_radius};
 }
 
+// Of one cloth; empty without finite positions.
+ClothMeasures MeasuresOf(const shader::ClothExtents& extent, const Vector3d& origin_m,
+                         const shader::DrawRecord& record) {
+  if (extent.low_x > extent.high_x) return {};
+  return {.cloths = {MeasuredCloth(extent, origin_m, record)},
+          .values = {FromBits(extent.low_value), FromBits(extent.high_value)}};
+}
+
 shader::vec4 RecordColour(Colouring colouring, bool has_surface, uint32_t cloth_index) {
   if (colouring != Colouring::kColourGroup) return ClothColour(cloth_index);
   return LinearFromHex(has_surface ? 0xd3d7dd : 0x8a939e);
@@ -90,13 +98,21 @@ GLuint ColouringNumber(Colouring colouring) {
   return DRAPE_DRAW_NO_VALUE;
 }
 
-Result<ClothSet> ClothSet::Load(Colouring colouring, std::span<const DrawnCloth> cloths,
+void ClothMeasures::Add(const ClothMeasures& others) {
+  if (others.cloths.empty()) return;
+  const bool is_first = cloths.empty();
+  values.low = is_first ? others.values.low : std::min(values.low, others.values.low);
+  values.high = is_first ? others.values.high : std::max(values.high, others.values.high);
+  cloths.insert(cloths.end(), others.cloths.begin(), others.cloths.end());
+}
+
+Result<ClothSet> ClothSet::Load(const PictureSpec& spec, std::span<const DrawnCloth> cloths,
                                 const DrawnStates& states, const gl::DeviceLimits& limits,
                                 GeometryCache& cache) {
   ClothSet set;
-  set.colouring_ = colouring;
+  set.colouring_ = spec.colouring;
   set.limits_ = limits;
-  DRAPE_RETURN_IF_ERROR(set.AddRecords(colouring, cloths, cache));
+  DRAPE_RETURN_IF_ERROR(set.AddRecords(spec.is_tiled, cloths, cache));
   if (cloths.empty()) return set;
   DRAPE_RETURN_IF_ERROR(set.LoadStates(states, limits.storage_block_bytes));
   DRAPE_ASSIGN_OR_RETURN(set.records_buffer_,
@@ -108,11 +124,13 @@ Result<ClothSet> ClothSet::Load(Colouring colouring, std::span<const DrawnCloth>
     return TooLarge(static_cast<int64_t>(shaded_bytes), limits.storage_block_bytes);
   }
   DRAPE_ASSIGN_OR_RETURN(set.shaded_, gl::Buffer::Create(shaded_bytes));
+  DRAPE_ASSIGN_OR_RETURN(set.lit_, gl::Buffer::Create(set.particle_count_ * DRAPE_DRAW_LIT_WORDS *
+                                                      sizeof(uint32_t)));
   return set;
 }
 
 // Cloths of one model are consecutive; models are in the order of their first cloth.
-Status ClothSet::AddRecords(Colouring colouring, std::span<const DrawnCloth> cloths,
+Status ClothSet::AddRecords(bool is_tiled, std::span<const DrawnCloth> cloths,
                             GeometryCache& cache) {
   std::vector<uint32_t> first_particles;
   std::map<const SceneModel*, uint32_t> first_cloths;  // with that model
@@ -133,6 +151,7 @@ Status ClothSet::AddRecords(Colouring colouring, std::span<const DrawnCloth> clo
   std::stable_sort(order.begin(), order.end(), [&](uint32_t a, uint32_t b) {
     return first_cloths.at(cloths[a].model.get()) < first_cloths.at(cloths[b].model.get());
   });
+  record_of_cloth_.resize(cloths.size());
   const SceneModel* model_before = nullptr;
   for (const uint32_t index : order) {
     const DrawnCloth& cloth = cloths[index];
@@ -146,7 +165,7 @@ Status ClothSet::AddRecords(Colouring colouring, std::span<const DrawnCloth> clo
     const GeometryLayout& layout = groups_.back().geometry->layout;
     shader::DrawRecord record = {};
     SetSizes(*cloth.model, groups_.back().geometry->rest_diagonal_m, record);
-    record.colour = RecordColour(colouring, record.has_surface != 0, index);
+    record.colour = RecordColour(colouring_, record.has_surface != 0, is_tiled ? 0 : index);
     record.particle_count = cloth.model->particle_count();
     record.constraint_count = cloth.model->constraint_count();
     record.positions = 3 * first_particles[index];
@@ -159,6 +178,8 @@ Status ClothSet::AddRecords(Colouring colouring, std::span<const DrawnCloth> clo
     record.constraints = layout.constraints;
     record.pins = layout.pins;
     record.pin_count = cloth.model->pin_count();
+    record_of_cloth_[index] = static_cast<uint32_t>(records_.size());
+    group_of_record_.push_back(static_cast<uint32_t>(groups_.size() - 1));
     records_.push_back(record);
     origins_m_.push_back(cloth.placement.WorldFromCloth(Vector3d::Zero()));
   }
@@ -197,9 +218,10 @@ Status ClothSet::LoadStates(const DrawnStates& states, int64_t max_block_bytes) 
   return Status::Ok();
 }
 
-Result<ClothMeasures> ClothSet::Measure(const gl::Program& shade_vertices,
-                                        const std::array<Vector3d, 8>& directions) {
-  if (records_.empty()) return ClothMeasures();
+Result<std::vector<ClothMeasures>> ClothSet::Measure(
+    const gl::Program& shade_vertices, const std::array<Vector3d, 8>& directions) {
+  std::vector<ClothMeasures> measures;
+  if (records_.empty()) return measures;
   shader::DrawReaches reaches;
   for (size_t k = 0; k < directions.size(); ++k) {
     reaches.directions[k] = ToShader(directions[k], 0);
@@ -215,15 +237,8 @@ Result<ClothMeasures> ClothSet::Measure(const gl::Program& shade_vertices,
   Shade(shade_vertices);
   extents_.Download(0, std::as_writable_bytes(std::span(extents)));
 
-  ClothMeasures measures;
   for (size_t index = 0; index < extents.size(); ++index) {
-    const shader::ClothExtents& extent = extents[index];
-    if (extent.low_x > extent.high_x) continue;  // nothing finite
-    const ValueRange range{FromBits(extent.low_value), FromBits(extent.high_value)};
-    const bool is_first = measures.cloths.empty();
-    measures.values.low = is_first ? range.low : std::min(measures.values.low, range.low);
-    measures.values.high = is_first ? range.high : std::max(measures.values.high, range.high);
-    measures.cloths.push_back(MeasuredCloth(extent, origins_m_[index], records_[index]));
+    measures.push_back(MeasuresOf(extents[index], origins_m_[index], records_[index]));
   }
   return measures;
 }
@@ -232,32 +247,51 @@ void ClothSet::Shade(const gl::Program& shade_vertices) const {
   shade_vertices.Use();
   shade_vertices.SetUniform(DRAPE_DRAW_UNIFORM_COLOURING, ColouringNumber(colouring_));
   extents_.BindStorage(DRAPE_DRAW_BINDING_EXTENTS);
-  for (const ClothGroup& group : groups_) {
-    Bind(group);
-    const GLuint work_groups =
-        (records_[group.first].particle_count + kShadeLocalSize - 1) / kShadeLocalSize;
-    for (uint32_t done = 0; done < group.count;) {
-      const uint32_t count = std::min(group.count - done, limits_.work_group_count_y);
-      shade_vertices.SetUniform(DRAPE_DRAW_UNIFORM_FIRST_CLOTH, group.first + done);
-      glDispatchCompute(work_groups, count, 1);
-      done += count;
-    }
-  }
+  for (const ClothGroup& group : groups_) Dispatch(shade_vertices, group);
   glMemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT | GL_BUFFER_UPDATE_BARRIER_BIT);
 }
 
-void ClothSet::PlaceBefore(const Vector3d& eye_m) {
-  if (records_.empty()) return;
-  for (size_t index = 0; index < records_.size(); ++index) {
-    records_[index].offset = ToShader(Vector3d(origins_m_[index] - eye_m), 0);
+void ClothSet::Light(const gl::Program& light_particles, const ClothGroup& group) const {
+  light_particles.Use();
+  light_particles.SetUniform(DRAPE_DRAW_UNIFORM_COLOURING, ColouringNumber(colouring_));
+  Dispatch(light_particles, group);
+}
+
+// An invocation for each particle (x) of each cloth (y).
+void ClothSet::Dispatch(const gl::Program& program, const ClothGroup& group) const {
+  Bind(group);
+  const GLuint work_groups =
+      (records_[group.first].particle_count + kShadeLocalSize - 1) / kShadeLocalSize;
+  for (uint32_t done = 0; done < group.count;) {
+    const uint32_t count = std::min(group.count - done, limits_.work_group_count_y);
+    program.SetUniform(DRAPE_DRAW_UNIFORM_FIRST_CLOTH, group.first + done);
+    glDispatchCompute(work_groups, count, 1);
+    done += count;
   }
-  records_buffer_.Upload(0, std::as_bytes(std::span(records_)));
+}
+
+void ClothSet::PlaceBefore(const Vector3d& eye_m, std::span<const ClothGroup> groups) {
+  for (const ClothGroup& group : groups) {
+    for (uint32_t index = group.first; index < group.first + group.count; ++index) {
+      records_[index].offset = ToShader(Vector3d(origins_m_[index] - eye_m), 0);
+    }
+  }
+}
+
+void ClothSet::UploadRecords() {
+  if (!records_.empty()) records_buffer_.Upload(0, std::as_bytes(std::span(records_)));
+}
+
+ClothGroup ClothSet::GroupOf(uint32_t cloth) const {
+  const uint32_t record = record_of_cloth_[cloth];
+  return {groups_[group_of_record_[record]].geometry, record, 1};
 }
 
 void ClothSet::Bind(const ClothGroup& group) const {
   records_buffer_.BindStorage(DRAPE_DRAW_BINDING_CLOTHS);
   states().BindStorage(DRAPE_DRAW_BINDING_STATES);
   shaded_.BindStorage(DRAPE_DRAW_BINDING_SHADED);
+  lit_.BindStorage(DRAPE_DRAW_BINDING_LIT);
   group.geometry->surface.BindStorage(DRAPE_DRAW_BINDING_SURFACE);
   group.geometry->constraints.BindStorage(DRAPE_DRAW_BINDING_CONSTRAINTS);
 }

@@ -55,12 +55,6 @@ const std::shared_ptr<const TriangleMesh>& UnitCylinder() {
   return cylinder;
 }
 
-std::shared_ptr<const TriangleMesh> Scaled(const TriangleMesh& mesh, const Vector3d& factors) {
-  auto scaled = std::make_shared<TriangleMesh>(mesh);
-  for (Vector3d& p : scaled->positions_m) p = p.cwiseProduct(factors);
-  return scaled;
-}
-
 // One shape in the environment of a cloth as a solid in that environment.
 struct ToSolid {
   const RigidTransform& pose;
@@ -166,7 +160,7 @@ ColliderShapes CollectColliders(std::span<const DrawnCloth> cloths) {
   }
   ColliderShapes shapes;
   for (auto& [key, solid] : solids) {
-    if (solid.mesh == UnitCylinder()) solid.mesh = Scaled(*solid.mesh, solid.drawn_half_extents_m);
+    if (solid.mesh == UnitCylinder()) solid.mesh_scale = solid.drawn_half_extents_m;
     shapes.solids.push_back(solid);
   }
   for (const auto& [key, plane] : planes) shapes.planes.push_back(plane);

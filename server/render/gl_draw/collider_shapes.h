@@ -23,6 +23,7 @@ struct DrawnSolid {
   Eigen::Vector3d drawn_half_extents_m = Eigen::Vector3d::Zero();
   double drawn_radius_m = 0;
   std::shared_ptr<const TriangleMesh> mesh{};               // null: no mesh
+  Eigen::Vector3d mesh_scale = Eigen::Vector3d::Ones();     // of the mesh along its axes
   Eigen::Vector3d mesh_center_m = Eigen::Vector3d::Zero();  // of its box, in the mesh's frame
   double inset_m = 0;  // for a mesh: depth below its surface at which it is drawn
 };

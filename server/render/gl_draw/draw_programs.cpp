@@ -26,11 +26,12 @@ class Compiler {
   }
 
   std::optional<gl::Program> Draw(const std::string& vertex_file,
-                                  const std::string& fragment_file) {
+                                  const std::string& fragment_file,
+                                  const std::string& fragment_defines = "") {
     if (!status_.ok()) return std::nullopt;
     const Result<gl::ShaderSource> vertex = library_.Assemble("draw/" + vertex_file, "");
     if (!vertex.ok()) return Failed(vertex.status());
-    const Result<gl::ShaderSource> fragment = library_.Assemble("draw/" + fragment_file, "");
+    const Result<gl::ShaderSource> fragment = library_.Assemble("draw/" + fragment_file, fragment_defines);
     if (!fragment.ok()) return Failed(fragment.status());
     Result<gl::Program> program = gl::Program::CompileDraw(vertex.value(), fragment.value());
     if (!program.ok()) return Failed(program.status());
@@ -59,8 +60,10 @@ Result<DrawPrograms> CompileDrawPrograms(const std::string& shader_dir) {
   if (!shader_dir.empty()) DRAPE_RETURN_IF_ERROR(library.AddDirectory(shader_dir));
   Compiler compiler(std::move(library));
   auto shade_vertices = compiler.Compute("shade_vertices.comp");
+  auto light_particles = compiler.Compute("light_particles.comp");
   auto cloth = compiler.Draw("cloth.vert", "cloth.frag");
   auto cloth_depth = compiler.Draw("cloth.vert", "depth.frag");
+  auto lit_cloth = compiler.Draw("lit_cloth.vert", "lit_cloth.frag");
   auto lines = compiler.Draw("lines.vert", "lines.frag");
   auto lines_depth = compiler.Draw("lines.vert", "depth.frag");
   auto particle_balls = compiler.Draw("particle_balls.vert", "particle_balls.frag");
@@ -70,11 +73,15 @@ Result<DrawPrograms> CompileDrawPrograms(const std::string& shader_dir) {
   auto meshes = compiler.Draw("meshes.vert", "solids.frag");
   auto meshes_depth = compiler.Draw("meshes.vert", "depth.frag");
   auto planes = compiler.Draw("planes.vert", "planes.frag");
-  auto backdrop = compiler.Draw("backdrop.vert", "backdrop.frag");
+  auto planes_depth = compiler.Draw("planes.vert", "planes_depth.frag");
   auto labels = compiler.Draw("labels.vert", "labels.frag");
+  auto pack_four = compiler.Draw("pack.vert", "pack.frag", "#define SAMPLES 4\n");
+  auto pack_one = compiler.Draw("pack.vert", "pack.frag", "#define SAMPLES 1\n");
   if (!compiler.status().ok()) return compiler.status();
   return DrawPrograms{.shade_vertices = *std::move(shade_vertices),
+                      .light_particles = *std::move(light_particles),
                       .cloth = *std::move(cloth),
+                      .lit_cloth = *std::move(lit_cloth),
                       .cloth_depth = *std::move(cloth_depth),
                       .lines = *std::move(lines),
                       .lines_depth = *std::move(lines_depth),
@@ -85,8 +92,10 @@ Result<DrawPrograms> CompileDrawPrograms(const std::string& shader_dir) {
                       .meshes = *std::move(meshes),
                       .meshes_depth = *std::move(meshes_depth),
                       .planes = *std::move(planes),
-                      .backdrop = *std::move(backdrop),
-                      .labels = *std::move(labels)};
+                      .planes_depth = *std::move(planes_depth),
+                      .labels = *std::move(labels),
+                      .pack_four = *std::move(pack_four),
+                      .pack_one = *std::move(pack_one)};
 }
 
 }  // namespace drape::render

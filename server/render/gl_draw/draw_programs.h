@@ -10,13 +10,15 @@
 
 namespace drape::render {
 
-// Invocations per work group of shade_vertices.
+// Invocations per work group of the compute programs.
 inline constexpr GLuint kShadeLocalSize = 64;
 
-// `*_depth`: the same vertices, for the shadow map.
+// `*_depth`: the same vertices, only the depth.
 struct DrawPrograms {
   gl::Program shade_vertices;
+  gl::Program light_particles;
   gl::Program cloth;
+  gl::Program lit_cloth;
   gl::Program cloth_depth;
   gl::Program lines;
   gl::Program lines_depth;
@@ -27,8 +29,10 @@ struct DrawPrograms {
   gl::Program meshes;
   gl::Program meshes_depth;
   gl::Program planes;
-  gl::Program backdrop;
+  gl::Program planes_depth;
   gl::Program labels;
+  gl::Program pack_four;  // samples per pixel
+  gl::Program pack_one;
 };
 
 // `shader_dir`: files that replace the embedded ones; empty: none. Needs a current context.

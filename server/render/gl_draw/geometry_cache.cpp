@@ -55,6 +55,7 @@ Result<std::shared_ptr<const DeviceGeometry>> GeometryCache::Upload(const SceneM
       DeviceGeometry{.layout = words.layout,
                      .index_count = static_cast<uint32_t>(words.indices.size()),
                      .rest_diagonal_m = rest_box.diagonal().norm(),
+                     .mean_length_m = model.length_scale_m(),
                      .indices = std::move(indices),
                      .surface = std::move(surface),
                      .constraints = std::move(constraints)});

@@ -15,6 +15,7 @@ struct DeviceGeometry {
   GeometryLayout layout;
   uint32_t index_count = 0;    // 0: a cloth without a surface
   double rest_diagonal_m = 0;  // of the box around the rest shape
+  double mean_length_m = 0;    // of its constraints
   gl::Buffer indices;
   gl::Buffer surface;
   gl::Buffer constraints;

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <bit>
+#include <cmath>
 #include <optional>
 #include <utility>
 
@@ -16,6 +17,7 @@
 #include "server/render/gl_draw/geometry_cache.h"
 #include "server/render/gl_draw/glyph_atlas.h"
 #include "server/render/gl_draw/legend.h"
+#include "server/render/gl_draw/page_layout.h"
 #include "server/render/gl_draw/passes.h"
 #include "server/render/gl_draw/scene_view.h"
 #include "shaders/interface/draw_bindings.h"
@@ -67,21 +69,27 @@ class GlRenderer final : public Renderer {
  private:
   Result<Picture> DrawPicture(const PictureSpec& spec, std::span<const DrawnCloth> cloths,
                               const DrawnStates& states);
-  Status PrepareTarget(const PictureSpec& spec);
+  Status PrepareTarget(const PageLayout& layout, uint32_t samples);
   // Empty if the picture has no legend.
   Result<std::vector<shader::LabelRecord>> PrepareLegend(const PictureSpec& spec,
                                                          const ValueRange& range,
                                                          uint32_t group_count);
+  // The contents of the tiles, and the places of their cloths before their viewers in `set`.
+  Result<std::vector<TileContent>> FillTiles(const PictureSpec& spec,
+                                             std::span<const DrawnCloth> cloths,
+                                             const PageLayout& layout, ClothSet& set);
 
   Parts parts_;
   GeometryCache cache_;
-  std::optional<gl::PictureTarget> target_;  // for the last size
+  SolidFaceCache solid_faces_;
+  std::optional<gl::PictureTarget> target_;  // for the last size, or a larger one
   std::optional<gl::DepthMap> shadow_map_;   // for the last size
   std::optional<GlyphAtlas> glyphs_;         // for the last size
   std::optional<gl::GreyTexture> glyph_texture_;
 };
 
 uint32_t ShadowSizeOf_px(const PictureSpec& spec) {
+  if (!spec.has_shadows) return 1;
   const uint32_t wanted = std::bit_ceil(2 * std::max(spec.width_px, spec.height_px));
   return std::clamp(wanted, kMinShadowSize_px, kMaxShadowSize_px);
 }
@@ -93,48 +101,109 @@ uint32_t GroupCount(const PictureSpec& spec, std::span<const DrawnCloth> cloths)
   return count;
 }
 
-// Depths are near_m over the distance along the line of view, 0 where there is nothing
-// (ClipFromEye).
-std::vector<float> DepthsOf(const gl::PictureTarget& target, double near_m) {
-  std::vector<float> depths = target.ReadDepths();
-  for (float& depth : depths) depth = static_cast<float>(near_m / depth);
-  return depths;
+PageLayout LayoutOf(const PictureSpec& spec, size_t cloth_count) {
+  return {.tile_count = spec.is_tiled ? static_cast<uint32_t>(cloth_count) : 1,
+          .width_px = spec.width_px,
+          .height_px = spec.height_px,
+          .shadow_size_px = ShadowSizeOf_px(spec)};
+}
+
+// An image of another size is used again if it is large enough, and not so large that clearing it
+// would take long.
+bool IsLikeIt(uint32_t has_px, uint32_t wanted_px) {
+  return has_px >= wanted_px && has_px / 2 <= wanted_px;
+}
+
+// The camera of the environment, in the world.
+Camera CameraIn(const Placement& placement, const Camera& camera) {
+  Camera moved = camera;
+  moved.eye_m += placement.environment_origin_m;
+  moved.target_m += placement.environment_origin_m;
+  return moved;
+}
+
+// The cells of a cloth are a few pixels wide and the light at their corners is that of their
+// pixels: the shadow map has two texels per pixel and is blurred over five. Larger, shadows lose
+// their edges; smaller, small pictures of many cloths take longer.
+constexpr double kMaxLitCell_px = 4;
+
+bool IsLitAtParticles(const ClothMeasures::Cloth& cloth, double cell_m, const SceneView& view,
+                      uint32_t height_px) {
+  const double distance_m = (cloth.box_m.center() - view.camera.eye_m).norm() -
+                            cloth.box_m.diagonal().norm() / 2;
+  const double pixel = 2 * std::tan(view.camera.vertical_field_of_view_rad / 2) / height_px;
+  return cell_m <= kMaxLitCell_px * pixel * distance_m;
+}
+
+Result<std::vector<TileContent>> GlRenderer::FillTiles(const PictureSpec& spec,
+                                                       std::span<const DrawnCloth> cloths,
+                                                       const PageLayout& layout, ClothSet& set) {
+  const CameraFit fit = StartFit(spec);
+  DRAPE_ASSIGN_OR_RETURN(const std::vector<ClothMeasures> measures,
+                         set.Measure(parts_.programs->shade_vertices, fit.directions()));
+  std::vector<TileContent> tiles;
+  for (uint32_t k = 0; k < layout.tile_count; ++k) {
+    TileContent tile;
+    const auto shown = spec.is_tiled ? cloths.subspan(k, 1) : cloths;
+    PictureSpec tile_spec = spec;
+    if (spec.is_tiled) tile_spec.camera = CameraIn(shown[0].placement, *spec.camera);
+    tile.groups = spec.is_tiled ? std::vector{set.GroupOf(k)} : set.groups();
+    const auto measures_of = [&](const ClothGroup& group) {
+      return std::span(measures).subspan(group.first, group.count);
+    };
+    ClothMeasures all;
+    for (const ClothGroup& group : tile.groups) {
+      for (const ClothMeasures& cloth : measures_of(group)) all.Add(cloth);
+    }
+    tile.shapes = CollectColliders(shown);
+    tile.view = LookAt(tile_spec, shown, all, tile.shapes, fit, layout.shadow_size_px);
+    tile.view.PlaceShadow(layout.ShadowCellOf(k, shadow_map_->size_px()), shadow_map_->size_px());
+    DRAPE_ASSIGN_OR_RETURN(tile.legend,
+                           PrepareLegend(spec, tile.view.range, GroupCount(spec, shown)));
+    set.PlaceBefore(tile.view.camera.eye_m, tile.groups);
+    for (ClothGroup& group : tile.groups) {
+      if (group.geometry->index_count == 0) continue;
+      group.is_lit_at_particles = true;
+      for (const ClothMeasures& cloth : measures_of(group)) {
+        group.is_lit_at_particles &=
+            cloth.cloths.empty() ||
+            IsLitAtParticles(cloth.cloths[0], group.geometry->mean_length_m, tile.view,
+                             layout.height_px);
+      }
+    }
+    tiles.push_back(std::move(tile));
+  }
+  set.UploadRecords();
+  return tiles;
 }
 
 Result<Picture> GlRenderer::DrawPicture(const PictureSpec& spec, std::span<const DrawnCloth> cloths,
                                         const DrawnStates& states) {
-  DRAPE_RETURN_IF_ERROR(PrepareTarget(spec));
-  DRAPE_ASSIGN_OR_RETURN(ClothSet set, ClothSet::Load(spec.colouring, cloths, states,
-                                                      parts_.context->limits(), cache_));
-  const CameraFit fit = StartFit(spec);
-  DRAPE_ASSIGN_OR_RETURN(const ClothMeasures measures,
-                         set.Measure(parts_.programs->shade_vertices, fit.directions()));
-  const ColliderShapes shapes = CollectColliders(cloths);
-  const SceneView view = LookAt(spec, cloths, measures, shapes, fit, shadow_map_->size_px());
-  set.PlaceBefore(view.camera.eye_m);
-  const uint32_t group_count = GroupCount(spec, cloths);
-  DRAPE_ASSIGN_OR_RETURN(const DrawnScene scene, LoadScene(spec, set, view, shapes, group_count));
-  DRAPE_ASSIGN_OR_RETURN(const std::vector<shader::LabelRecord> legend,
-                         PrepareLegend(spec, view.range, group_count));
+  const PageLayout layout = LayoutOf(spec, cloths.size());
+  DRAPE_RETURN_IF_ERROR(PrepareTarget(layout, spec.samples));
+  DRAPE_ASSIGN_OR_RETURN(ClothSet set,
+                         ClothSet::Load(spec, cloths, states, parts_.context->limits(), cache_));
+  DRAPE_ASSIGN_OR_RETURN(const std::vector<TileContent> tiles,
+                         FillTiles(spec, cloths, layout, set));
+  DRAPE_ASSIGN_OR_RETURN(const DrawnScene scene,
+                         LoadScene(spec, set, layout, tiles, GroupCount(spec, cloths), solid_faces_));
 
   DrawShadows(*parts_.programs, *parts_.vertices, scene, *shadow_map_);
+  LightParticles(*parts_.programs, scene, *shadow_map_);
   target_->Begin();
   DrawScene(*parts_.programs, *parts_.vertices, scene, *shadow_map_);
-  if (spec.has_depths) {
-    DrawPlaneDepths(*parts_.programs, scene);
-    target_->ResolveDepths();
-  }
-  target_->Resolve();
-  DRAPE_RETURN_IF_ERROR(DrawLabels(*parts_.programs, scene, legend));
-  Picture picture{
-      .width_px = spec.width_px,
-      .height_px = spec.height_px,
-      .rgb = target_->Read(),
-      .depths_m = spec.has_depths ? DepthsOf(*target_, view.near_m) : std::vector<float>(),
-      .camera = view.camera,
-      .bounds_m = view.bounds_m,
-      .range = view.range};
-  if (uint64_t{spec.width_px} * spec.height_px > kMaxKeptPixels) target_.reset();
+  if (spec.has_depths) DrawPlaneDepths(*parts_.programs, scene);
+  DrawLabels(*parts_.programs, scene);
+  PackPictures(*parts_.programs, scene, *target_);
+  Picture picture{.width_px = spec.width_px,
+                  .height_px = layout.picture_height_px(),
+                  .rgb = target_->ReadColours(),
+                  .depths_m = spec.has_depths ? target_->ReadNumbers() : std::vector<float>(),
+                  .camera = spec.is_tiled ? *spec.camera : tiles[0].view.camera,
+                  .bounds_m = {},
+                  .range = spec.is_tiled ? spec.range.value_or(ValueRange()) : tiles[0].view.range};
+  for (const TileContent& tile : tiles) picture.bounds_m.extend(tile.view.bounds_m);
+  if (uint64_t{target_->width_px()} * target_->height_px() > kMaxKeptPixels) target_.reset();
   if (glGetError() == GL_OUT_OF_MEMORY) {
     return Status(StatusCode::kResourceExhausted, "DEVICE_MEMORY",
                   "the device ran out of memory while it drew");
@@ -142,17 +211,20 @@ Result<Picture> GlRenderer::DrawPicture(const PictureSpec& spec, std::span<const
   return picture;
 }
 
-Status GlRenderer::PrepareTarget(const PictureSpec& spec) {
-  const uint32_t shadow_size_px = ShadowSizeOf_px(spec);
-  if (!shadow_map_ || shadow_map_->size_px() != shadow_size_px) {
+Status GlRenderer::PrepareTarget(const PageLayout& layout, uint32_t samples) {
+  const uint32_t map_size_px = layout.shadow_map_size_px();
+  // Of this size exactly: a picture does not depend on those before it, to the last bit.
+  if (!shadow_map_ || shadow_map_->size_px() != map_size_px) {
     shadow_map_.reset();
-    DRAPE_ASSIGN_OR_RETURN(shadow_map_, gl::DepthMap::Create(shadow_size_px));
+    DRAPE_ASSIGN_OR_RETURN(shadow_map_, gl::DepthMap::Create(map_size_px));
   }
-  if (target_ && target_->width_px() == spec.width_px && target_->height_px() == spec.height_px) {
-    return Status::Ok();
+  const uint32_t height_px = layout.picture_height_px();
+  if (!target_ || target_->width_px() != layout.width_px || target_->samples() != samples ||
+      !IsLikeIt(target_->height_px(), height_px)) {
+    target_.reset();
+    DRAPE_ASSIGN_OR_RETURN(target_, gl::PictureTarget::Create(layout.width_px, height_px, samples));
   }
-  target_.reset();
-  DRAPE_ASSIGN_OR_RETURN(target_, gl::PictureTarget::Create(spec.width_px, spec.height_px));
+  target_->UseRows(height_px);
   return Status::Ok();
 }
 

@@ -1,12 +1,15 @@
 #include "server/render/gl_draw/passes.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstring>
 #include <map>
 
 #include "server/render/gl_draw/mesh_corners.h"
 #include "server/render/gl_draw/palette.h"
 #include "server/render/gl_draw/projection.h"
+#include "server/render/gl_draw/solid_faces.h"
 #include "server/render/render_thread.h"
 #include "shaders/interface/draw_bindings.h"
 
@@ -43,15 +46,47 @@ shader::PlaneRecord MakePlane(const DrawnPlane& plane, const SceneView& view) {
           .grid = {static_cast<float>(cell), 0, 0, 0}};
 }
 
-void Prepare(const VertexArray& vertices, const gl::Buffer& frame, GLenum depth_func) {
+void Prepare(const VertexArray& vertices, GLenum depth_func) {
   glBindVertexArray(vertices.name());
-  frame.BindUniforms(DRAPE_DRAW_BINDING_FRAME);
   glClipControl(GL_LOWER_LEFT, GL_ZERO_TO_ONE);
   glEnable(GL_DEPTH_TEST);
   glDepthMask(GL_TRUE);
   glDepthFunc(depth_func);
   glDisable(GL_BLEND);
   glDisable(GL_CULL_FACE);
+}
+
+// Frames of the uniform block begin at multiples of this: the largest alignment that OpenGL lets a
+// device ask for.
+constexpr size_t kFrameAlignment_bytes = 256;
+constexpr size_t kFramePitch_bytes = (sizeof(shader::DrawFrame) + kFrameAlignment_bytes - 1) /
+                                     kFrameAlignment_bytes * kFrameAlignment_bytes;
+
+// The two images that a page is drawn into.
+enum class Pass { kShadows, kPicture };
+
+void BindFrame(const DrawnScene& scene, Pass pass, uint32_t tile) {
+  const size_t frame = tile + (pass == Pass::kShadows ? scene.layout.tile_count : 0);
+  scene.frames.BindUniforms(DRAPE_DRAW_BINDING_FRAME, frame * kFramePitch_bytes,
+                            sizeof(shader::DrawFrame));
+}
+
+// Subsequent draws are of this tile: seen by its viewer, and within its part of the image.
+void BeginTile(const DrawnScene& scene, Pass pass, uint32_t tile) {
+  BindFrame(scene, pass, tile);
+  const PixelBox box = pass == Pass::kShadows ? scene.layout.ShadowOf(tile) : scene.layout.PictureOf(tile);
+  const auto [x, y, width, height] =
+      std::array{static_cast<GLint>(box.x), static_cast<GLint>(box.y),
+                 static_cast<GLint>(box.width), static_cast<GLint>(box.height)};
+  glViewport(x, y, width, height);
+  glScissor(x, y, width, height);
+}
+
+// Over what is there, in linear light; the alpha becomes what hides the backdrop.
+void Blend() {
+  glEnable(GL_FRAMEBUFFER_SRGB);
+  glEnable(GL_BLEND);
+  glBlendFuncSeparate(GL_SRC_ALPHA, GL_ONE_MINUS_SRC_ALPHA, GL_ONE, GL_ONE_MINUS_SRC_ALPHA);
 }
 
 void Use(const gl::Program& program, const DrawnScene& scene) {
@@ -82,33 +117,43 @@ void DrawParticleBalls(const gl::Program& program, const DrawnScene& scene, cons
 
 struct ClothPrograms {
   const gl::Program& surface;
+  const gl::Program& lit_surface;  // of cloths that are lit at their particles
   const gl::Program& lines;
   const gl::Program& balls;
 };
 
-void DrawCloths(const ClothPrograms& programs, const VertexArray& vertices,
-                const DrawnScene& scene) {
+void DrawCloth(const ClothPrograms& programs, const VertexArray& vertices, const DrawnScene& scene,
+               const ClothGroup& group) {
+  const shader::DrawRecord& record = scene.cloths.record(group.first);
+  const bool has_surface = record.has_surface != 0;
+  if (has_surface) {
+    DrawSurface(group.is_lit_at_particles ? programs.lit_surface : programs.surface, vertices,
+                group);
+  }
+  const bool has_lines = !has_surface || scene.spec.colouring == Colouring::kColourGroup;
+  if (has_lines && record.constraint_count > 0) {
+    programs.lines.Use();
+    programs.lines.SetUniform(DRAPE_DRAW_UNIFORM_FIRST_CLOTH, group.first);
+    glDrawArraysInstanced(GL_TRIANGLES, 0, static_cast<GLsizei>(6 * record.constraint_count),
+                          static_cast<GLsizei>(group.count));
+  }
+  if (!has_surface) DrawParticleBalls(programs.balls, scene, group, DRAPE_DRAW_BALL_PARTICLES);
+  if (scene.spec.has_pins) DrawParticleBalls(programs.balls, scene, group, DRAPE_DRAW_BALL_PINS);
+}
+
+void DrawCloths(const ClothPrograms& programs, const VertexArray& vertices, const DrawnScene& scene,
+                Pass pass) {
   for (const gl::Program* program : {&programs.surface, &programs.lines, &programs.balls}) {
     Use(*program, scene);
   }
   scene.groups.BindStorage(DRAPE_DRAW_BINDING_INSTANCES);
   glEnable(GL_CLIP_DISTANCE0);
-  for (const ClothGroup& group : scene.cloths.groups()) {
-    scene.cloths.Bind(group);
-    const shader::DrawRecord& record = scene.cloths.record(group.first);
-    const bool has_surface = record.has_surface != 0;
-    if (has_surface) DrawSurface(programs.surface, vertices, group);
-    const bool has_lines = !has_surface || scene.spec.colouring == Colouring::kColourGroup;
-    if (has_lines && record.constraint_count > 0) {
-      programs.lines.Use();
-      programs.lines.SetUniform(DRAPE_DRAW_UNIFORM_FIRST_CLOTH, group.first);
-      glDrawArraysInstanced(GL_TRIANGLES, 0, static_cast<GLsizei>(6 * record.constraint_count),
-                            static_cast<GLsizei>(group.count));
+  for (uint32_t tile = 0; tile < scene.tiles.size(); ++tile) {
+    BeginTile(scene, pass, tile);
+    for (const ClothGroup& group : scene.tiles[tile].groups) {
+      scene.cloths.Bind(group);
+      DrawCloth(programs, vertices, scene, group);
     }
-    if (!has_surface) {
-      DrawParticleBalls(programs.balls, scene, group, DRAPE_DRAW_BALL_PARTICLES);
-    }
-    if (scene.spec.has_pins) DrawParticleBalls(programs.balls, scene, group, DRAPE_DRAW_BALL_PINS);
   }
   glDisable(GL_CLIP_DISTANCE0);
 }
@@ -124,162 +169,322 @@ shader::SolidRecord MakeSolid(const DrawnSolid& solid, const SceneView& view) {
           .colour = LinearFromHex(0xb4bac4)};
 }
 
-// The faces of a sphere are 1/48 to 1/192 of its circumference wide.
-void DrawSolids(const gl::Program& program, const DrawnScene& scene) {
-  if (scene.solid_count == 0) return;
-  const GLuint segments = scene.solid_count <= 8 ? 96 : scene.solid_count <= 64 ? 48 : 24;
-  const GLuint faces = (2 * segments + 4) * (segments + 3);
-  program.Use();
-  program.SetUniform(DRAPE_DRAW_UNIFORM_SEGMENTS, segments);
-  scene.solids.BindStorage(DRAPE_DRAW_BINDING_INSTANCES);
-  glDrawArraysInstanced(GL_TRIANGLES, 0, static_cast<GLsizei>(6 * faces),
-                        static_cast<GLsizei>(scene.solid_count));
+void DrawInstances(const gl::Program& program, GLsizei vertex_count, const Run& run) {
+  program.SetUniform(DRAPE_DRAW_UNIFORM_FIRST_INSTANCE, run.first);
+  glDrawArraysInstanced(GL_TRIANGLES, 0, vertex_count, static_cast<GLsizei>(run.count));
 }
 
-void DrawMeshes(const gl::Program& program, const DrawnScene& scene) {
-  if (scene.meshes.empty()) return;
+void DrawSolids(const gl::Program& program, const VertexArray& vertices, const DrawnScene& scene,
+                Pass pass) {
+  program.Use();
+  scene.solids.BindStorage(DRAPE_DRAW_BINDING_INSTANCES);
+  for (uint32_t tile = 0; tile < scene.tiles.size(); ++tile) {
+    if (scene.tiles[tile].solids.empty()) continue;
+    BeginTile(scene, pass, tile);
+    for (const auto& [run, faces] : scene.tiles[tile].solids) {
+      program.SetUniform(DRAPE_DRAW_UNIFORM_FIRST_INSTANCE, run.first);
+      program.SetUniform(DRAPE_DRAW_UNIFORM_QUARTER_FACES, faces->quarter_faces);
+      glVertexArrayElementBuffer(vertices.name(), faces->indices.name());
+      glDrawElementsInstanced(GL_TRIANGLES, faces->index_count, GL_UNSIGNED_INT, nullptr,
+                              static_cast<GLsizei>(run.count));
+    }
+  }
+}
+
+void DrawMeshes(const gl::Program& program, const DrawnScene& scene, Pass pass) {
   program.Use();
   scene.mesh_records.BindStorage(DRAPE_DRAW_BINDING_INSTANCES);
-  for (GLuint k = 0; k < scene.meshes.size(); ++k) {
-    program.SetUniform(DRAPE_DRAW_UNIFORM_MESH, k);
-    scene.meshes[k].corners->BindStorage(DRAPE_DRAW_BINDING_SURFACE);
-    glDrawArrays(GL_TRIANGLES, 0, static_cast<GLsizei>(scene.meshes[k].corner_count));
+  for (uint32_t tile = 0; tile < scene.tiles.size(); ++tile) {
+    const Run& meshes = scene.tiles[tile].meshes;
+    if (meshes.count == 0) continue;
+    BeginTile(scene, pass, tile);
+    for (GLuint k = meshes.first; k < meshes.first + meshes.count; ++k) {
+      program.SetUniform(DRAPE_DRAW_UNIFORM_MESH, k);
+      scene.meshes[k].corners->BindStorage(DRAPE_DRAW_BINDING_SURFACE);
+      glDrawArrays(GL_TRIANGLES, 0, static_cast<GLsizei>(scene.meshes[k].corner_count));
+    }
   }
 }
 
-// One copy of each mesh, drawn with the largest inset that the picture has for it.
-Result<std::vector<DrawnMesh>> LoadMeshes(std::span<const DrawnSolid> solids) {
-  std::map<const TriangleMesh*, double> insets_m;
-  for (const DrawnSolid& solid : solids) {
-    double& inset_m = insets_m[solid.mesh.get()];
-    inset_m = std::max(inset_m, solid.inset_m);
+void DrawPlanes(const gl::Program& program, const DrawnScene& scene) {
+  program.Use();
+  scene.planes.BindStorage(DRAPE_DRAW_BINDING_INSTANCES);
+  for (uint32_t tile = 0; tile < scene.tiles.size(); ++tile) {
+    const Run& planes = scene.tiles[tile].planes;
+    if (planes.count == 0) continue;
+    BeginTile(scene, Pass::kPicture, tile);
+    DrawInstances(program, 3, planes);
   }
-  uint64_t triangle_count = 0;
-  for (const auto& [mesh, inset_m] : insets_m) triangle_count += mesh->triangles.size();
-  if (triangle_count > kMaxMeshTriangles) {
-    return PictureTooLarge("the limit of triangles of mesh and cylinder colliders", triangle_count,
-                           kMaxMeshTriangles);
+}
+
+// A mesh as it is drawn: equal ones are uploaded once.
+using MeshKey = std::pair<const TriangleMesh*, std::array<double, 4>>;  // scale, inset [m]
+
+MeshKey KeyOf(const DrawnSolid& solid, double inset_m) {
+  const Vector3d& scale = solid.mesh_scale;
+  return {solid.mesh.get(), {scale.x(), scale.y(), scale.z(), inset_m}};
+}
+
+std::vector<float> CornersOf(const DrawnSolid& solid, double inset_m) {
+  if (solid.mesh_scale == Vector3d::Ones()) {
+    return MeshCorners(*solid.mesh, solid.mesh_center_m, inset_m);
   }
-  std::map<const TriangleMesh*, std::shared_ptr<const gl::Buffer>> loaded;
-  std::vector<DrawnMesh> meshes;
-  for (const DrawnSolid& solid : solids) {
-    const TriangleMesh& mesh = *solid.mesh;
-    std::shared_ptr<const gl::Buffer>& corners = loaded[&mesh];
-    if (corners == nullptr) {
-      DRAPE_ASSIGN_OR_RETURN(gl::Buffer buffer, UploadArray(MeshCorners(mesh, solid.mesh_center_m,
-                                                                        insets_m.at(&mesh))));
-      corners = std::make_shared<const gl::Buffer>(std::move(buffer));
+  TriangleMesh scaled = *solid.mesh;
+  for (Vector3d& p : scaled.positions_m) p = p.cwiseProduct(solid.mesh_scale);
+  return MeshCorners(scaled, solid.mesh_center_m, inset_m);
+}
+
+// The meshes of the tiles of a page.
+class MeshLoader {
+ public:
+  // Of one tile: each mesh is drawn with the largest inset that the tile has for it.
+  Result<Run> Add(std::span<const DrawnSolid> solids) {
+    std::map<const TriangleMesh*, double> insets_m;
+    uint64_t triangle_count = 0;
+    for (const DrawnSolid& solid : solids) {
+      const auto [inset_m, is_new] = insets_m.try_emplace(solid.mesh.get(), solid.inset_m);
+      inset_m->second = std::max(inset_m->second, solid.inset_m);
+      const bool is_scaled = solid.mesh_scale != Vector3d::Ones();
+      if (is_new || is_scaled) triangle_count += solid.mesh->triangles.size();
     }
-    meshes.push_back({corners, static_cast<GLuint>(3 * mesh.triangles.size())});
+    if (triangle_count > kMaxMeshTriangles) {
+      return PictureTooLarge("the limit of triangles of mesh and cylinder colliders",
+                             triangle_count, kMaxMeshTriangles);
+    }
+    const Run run{static_cast<GLuint>(meshes_.size()), static_cast<GLuint>(solids.size())};
+    for (const DrawnSolid& solid : solids) {
+      const double inset_m = insets_m.at(solid.mesh.get());
+      std::shared_ptr<const gl::Buffer>& corners = loaded_[KeyOf(solid, inset_m)];
+      if (corners == nullptr) {
+        DRAPE_ASSIGN_OR_RETURN(gl::Buffer buffer, UploadArray(CornersOf(solid, inset_m)));
+        corners = std::make_shared<const gl::Buffer>(std::move(buffer));
+      }
+      meshes_.push_back({corners, static_cast<GLuint>(3 * solid.mesh->triangles.size())});
+    }
+    return run;
   }
-  return meshes;
+  std::vector<DrawnMesh> Take() { return std::move(meshes_); }
+
+ private:
+  std::map<MeshKey, std::shared_ptr<const gl::Buffer>> loaded_;
+  std::vector<DrawnMesh> meshes_;
+};
+
+// What the tiles of a page upload.
+struct SceneArrays {
+  std::vector<shader::SolidRecord> solids, mesh_records;
+  std::vector<shader::PlaneRecord> planes;
+  std::vector<shader::LabelRecord> labels;
+  MeshLoader meshes;
+};
+
+template <class T>
+Run Append(const std::vector<T>& added, std::vector<T>& all) {
+  const Run run{static_cast<GLuint>(all.size()), static_cast<GLuint>(added.size())};
+  all.insert(all.end(), added.begin(), added.end());
+  return run;
+}
+
+// Those without a mesh.
+Result<std::vector<SolidRun>> AddSolids(const PictureSpec& spec, const TileContent& content,
+                                        SolidFaceCache& cache, SceneArrays& arrays) {
+  std::map<uint32_t, std::vector<shader::SolidRecord>> by_faces;
+  for (const DrawnSolid& solid : content.shapes.solids) {
+    if (solid.mesh) continue;
+    by_faces[QuarterFaces(solid, content.shapes.solids.size(), content.view.camera,
+                          spec.height_px)]
+        .push_back(MakeSolid(solid, content.view));
+  }
+  std::vector<SolidRun> runs;
+  for (const auto& [quarter_faces, solids] : by_faces) {
+    DRAPE_ASSIGN_OR_RETURN(const SolidFaces* faces, cache.Acquire(quarter_faces));
+    runs.push_back({Append(solids, arrays.solids), faces});
+  }
+  return runs;
+}
+
+Result<DrawnTile> AddTile(const PictureSpec& spec, const TileContent& content,
+                          SolidFaceCache& cache, SceneArrays& arrays) {
+  DrawnTile tile;
+  tile.groups = content.groups;
+  tile.labels = Append(content.legend, arrays.labels);
+  if (!spec.has_colliders) return tile;
+  DRAPE_ASSIGN_OR_RETURN(tile.solids, AddSolids(spec, content, cache, arrays));
+  std::vector<shader::SolidRecord> mesh_records;
+  std::vector<DrawnSolid> mesh_solids;
+  std::vector<shader::PlaneRecord> planes;
+  for (const DrawnSolid& solid : content.shapes.solids) {
+    if (!solid.mesh) continue;
+    mesh_records.push_back(MakeSolid(solid, content.view));
+    mesh_solids.push_back(solid);
+  }
+  for (const DrawnPlane& plane : content.shapes.planes) {
+    planes.push_back(MakePlane(plane, content.view));
+  }
+  tile.planes = Append(planes, arrays.planes);
+  Append(mesh_records, arrays.mesh_records);
+  DRAPE_ASSIGN_OR_RETURN(tile.meshes, arrays.meshes.Add(mesh_solids));
+  return tile;
+}
+
+Result<gl::Buffer> UploadFrames(std::span<const TileContent> tiles) {
+  std::vector<std::byte> bytes(2 * tiles.size() * kFramePitch_bytes);
+  for (size_t k = 0; k < tiles.size(); ++k) {
+    std::memcpy(&bytes[k * kFramePitch_bytes], &tiles[k].view.frame, sizeof(shader::DrawFrame));
+    std::memcpy(&bytes[(tiles.size() + k) * kFramePitch_bytes], &tiles[k].view.shadow_frame,
+                sizeof(shader::DrawFrame));
+  }
+  return UploadArray(std::move(bytes));
 }
 
 }  // namespace
 
-Result<DrawnScene> LoadScene(const PictureSpec& spec, const ClothSet& cloths, const SceneView& view,
-                             const ColliderShapes& shapes, uint32_t group_count) {
-  std::vector<shader::vec4> group_colours;
-  for (uint32_t group = 0; group < group_count; ++group) {
-    group_colours.push_back(GroupColour(group));
+Result<const SolidFaces*> SolidFaceCache::Acquire(uint32_t quarter_faces) {
+  const auto [entry, is_new] = faces_.try_emplace(quarter_faces);
+  if (!is_new) return &entry->second;
+  std::vector<uint32_t> indices = SolidIndices(quarter_faces);
+  const auto index_count = static_cast<GLsizei>(indices.size());
+  Result<gl::Buffer> buffer = UploadArray(std::move(indices));
+  if (!buffer.ok()) {
+    faces_.erase(entry);
+    return buffer.status();
   }
-  std::vector<shader::SolidRecord> solids, mesh_records;
-  std::vector<DrawnSolid> mesh_solids;
-  std::vector<shader::PlaneRecord> planes;
-  if (spec.has_colliders) {
-    for (const DrawnSolid& solid : shapes.solids) {
-      (solid.mesh ? mesh_records : solids).push_back(MakeSolid(solid, view));
-      if (solid.mesh) mesh_solids.push_back(solid);
-    }
-    for (const DrawnPlane& plane : shapes.planes) planes.push_back(MakePlane(plane, view));
-  }
-  DRAPE_ASSIGN_OR_RETURN(std::vector<DrawnMesh> meshes, LoadMeshes(mesh_solids));
+  entry->second = {quarter_faces, index_count, std::move(*buffer)};
+  return &entry->second;
+}
+
+Result<DrawnScene> LoadScene(const PictureSpec& spec, const ClothSet& cloths,
+                             const PageLayout& layout, std::span<const TileContent> tiles,
+                             uint32_t group_count, SolidFaceCache& faces) {
   DrawnScene scene{.spec = spec,
                    .cloths = cloths,
-                   .frame = {},
-                   .shadow_frame = {},
+                   .layout = layout,
+                   .tiles = {},
+                   .frames = {},
                    .groups = {},
                    .solids = {},
                    .planes = {},
                    .mesh_records = {},
-                   .solid_count = static_cast<GLuint>(solids.size()),
-                   .plane_count = static_cast<GLuint>(planes.size()),
-                   .meshes = std::move(meshes)};
+                   .labels = {},
+                   .meshes = {}};
+  SceneArrays arrays;
+  for (const TileContent& content : tiles) {
+    DRAPE_ASSIGN_OR_RETURN(DrawnTile tile, AddTile(spec, content, faces, arrays));
+    scene.tiles.push_back(std::move(tile));
+  }
+  scene.meshes = arrays.meshes.Take();
+  std::vector<shader::vec4> group_colours;
+  for (uint32_t group = 0; group < group_count; ++group) {
+    group_colours.push_back(GroupColour(group));
+  }
+  DRAPE_ASSIGN_OR_RETURN(scene.frames, UploadFrames(tiles));
   const auto load = [](auto elements, gl::Buffer& target) -> Status {
     DRAPE_ASSIGN_OR_RETURN(target, UploadArray(std::move(elements)));
     return Status::Ok();
   };
-  DRAPE_RETURN_IF_ERROR(load(std::vector{view.frame}, scene.frame));
-  DRAPE_RETURN_IF_ERROR(load(std::vector{view.shadow_frame}, scene.shadow_frame));
   DRAPE_RETURN_IF_ERROR(load(std::move(group_colours), scene.groups));
-  DRAPE_RETURN_IF_ERROR(load(std::move(solids), scene.solids));
-  DRAPE_RETURN_IF_ERROR(load(std::move(planes), scene.planes));
-  DRAPE_RETURN_IF_ERROR(load(std::move(mesh_records), scene.mesh_records));
+  DRAPE_RETURN_IF_ERROR(load(std::move(arrays.solids), scene.solids));
+  DRAPE_RETURN_IF_ERROR(load(std::move(arrays.planes), scene.planes));
+  DRAPE_RETURN_IF_ERROR(load(std::move(arrays.mesh_records), scene.mesh_records));
+  DRAPE_RETURN_IF_ERROR(load(std::move(arrays.labels), scene.labels));
   return scene;
 }
 
 void DrawShadows(const DrawPrograms& programs, const VertexArray& vertices, const DrawnScene& scene,
                  const gl::DepthMap& map) {
   map.Begin();
-  Prepare(vertices, scene.shadow_frame, GL_LESS);
-  // Solids that extend beyond the light's box still cast shadows.
-  glEnable(GL_DEPTH_CLAMP);
+  Prepare(vertices, GL_LESS);
   glClearDepth(1);
   glClear(GL_DEPTH_BUFFER_BIT);
-  DrawSolids(programs.solids_depth, scene);
-  DrawMeshes(programs.meshes_depth, scene);
-  DrawCloths({programs.cloth_depth, programs.lines_depth, programs.particle_balls_depth}, vertices,
-             scene);
+  if (!scene.spec.has_shadows) return;
+  // Solids that extend beyond the light's box still cast shadows.
+  glEnable(GL_DEPTH_CLAMP);
+  glEnable(GL_SCISSOR_TEST);
+  DrawSolids(programs.solids_depth, vertices, scene, Pass::kShadows);
+  DrawMeshes(programs.meshes_depth, scene, Pass::kShadows);
+  DrawCloths({programs.cloth_depth, programs.cloth_depth, programs.lines_depth,
+              programs.particle_balls_depth},
+             vertices, scene, Pass::kShadows);
+  glDisable(GL_SCISSOR_TEST);
   glDisable(GL_DEPTH_CLAMP);
+}
+
+void LightParticles(const DrawPrograms& programs, const DrawnScene& scene,
+                    const gl::DepthMap& map) {
+  map.BindTexture(DRAPE_DRAW_UNIT_SHADOW);
+  bool has_any = false;
+  for (uint32_t tile = 0; tile < scene.tiles.size(); ++tile) {
+    for (const ClothGroup& group : scene.tiles[tile].groups) {
+      if (!group.is_lit_at_particles) continue;
+      BindFrame(scene, Pass::kPicture, tile);
+      scene.cloths.Light(programs.light_particles, group);
+      has_any = true;
+    }
+  }
+  if (has_any) glMemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT);
 }
 
 void DrawScene(const DrawPrograms& programs, const VertexArray& vertices, const DrawnScene& scene,
                const gl::DepthMap& map) {
-  Prepare(vertices, scene.frame, GL_GREATER);
+  Prepare(vertices, GL_GREATER);
+  glDisable(GL_FRAMEBUFFER_SRGB);
+  glClearColor(0, 0, 0, 0);
   glClearDepth(0);
-  glClear(GL_DEPTH_BUFFER_BIT);
-  glDepthFunc(GL_ALWAYS);
-  glDepthMask(GL_FALSE);
-  programs.backdrop.Use();
-  glDrawArrays(GL_TRIANGLES, 0, 3);
-  glDepthFunc(GL_GREATER);
-  glDepthMask(GL_TRUE);
+  glClear(GL_COLOR_BUFFER_BIT | GL_DEPTH_BUFFER_BIT);
+  glEnable(GL_SCISSOR_TEST);
   map.BindTexture(DRAPE_DRAW_UNIT_SHADOW);
-  DrawSolids(programs.solids, scene);
-  DrawMeshes(programs.meshes, scene);
-  DrawCloths({programs.cloth, programs.lines, programs.particle_balls}, vertices, scene);
-  if (scene.plane_count == 0) return;
-  glEnable(GL_BLEND);
-  glBlendFunc(GL_SRC_ALPHA, GL_ONE_MINUS_SRC_ALPHA);
+  // Cloths hide much of what they lie on, which then costs no light.
+  DrawCloths({programs.cloth, programs.lit_cloth, programs.lines, programs.particle_balls},
+             vertices, scene, Pass::kPicture);
+  DrawSolids(programs.solids, vertices, scene, Pass::kPicture);
+  DrawMeshes(programs.meshes, scene, Pass::kPicture);
+  Blend();
   glDepthMask(GL_FALSE);
-  programs.planes.Use();
-  scene.planes.BindStorage(DRAPE_DRAW_BINDING_INSTANCES);
-  glDrawArraysInstanced(GL_TRIANGLES, 0, 3, static_cast<GLsizei>(scene.plane_count));
+  DrawPlanes(programs.planes, scene);
+  glDisable(GL_SCISSOR_TEST);
 }
 
 void DrawPlaneDepths(const DrawPrograms& programs, const DrawnScene& scene) {
-  if (scene.plane_count == 0) return;
+  glEnable(GL_SCISSOR_TEST);
   glColorMask(GL_FALSE, GL_FALSE, GL_FALSE, GL_FALSE);
   glDepthMask(GL_TRUE);
-  programs.planes.Use();
-  scene.planes.BindStorage(DRAPE_DRAW_BINDING_INSTANCES);
-  glDrawArraysInstanced(GL_TRIANGLES, 0, 3, static_cast<GLsizei>(scene.plane_count));
+  DrawPlanes(programs.planes_depth, scene);
   glColorMask(GL_TRUE, GL_TRUE, GL_TRUE, GL_TRUE);
+  glDisable(GL_SCISSOR_TEST);
 }
 
-Status DrawLabels(const DrawPrograms& programs, const DrawnScene& scene,
-                  std::span<const shader::LabelRecord> labels) {
-  if (labels.empty()) return Status::Ok();
-  DRAPE_ASSIGN_OR_RETURN(const gl::Buffer buffer, UploadArray(std::vector<shader::LabelRecord>(
-                                                      labels.begin(), labels.end())));
-  scene.frame.BindUniforms(DRAPE_DRAW_BINDING_FRAME);
+void DrawLabels(const DrawPrograms& programs, const DrawnScene& scene) {
   glDisable(GL_DEPTH_TEST);
-  glEnable(GL_BLEND);
-  glBlendFunc(GL_SRC_ALPHA, GL_ONE_MINUS_SRC_ALPHA);
+  // Pixels are covered or not, as they lie: text is made for them.
+  glDisable(GL_MULTISAMPLE);
+  Blend();
   programs.labels.Use();
-  buffer.BindStorage(DRAPE_DRAW_BINDING_INSTANCES);
-  glDrawArraysInstanced(GL_TRIANGLES, 0, 6, static_cast<GLsizei>(labels.size()));
-  return Status::Ok();
+  scene.labels.BindStorage(DRAPE_DRAW_BINDING_INSTANCES);
+  for (uint32_t tile = 0; tile < scene.tiles.size(); ++tile) {
+    const Run& labels = scene.tiles[tile].labels;
+    if (labels.count == 0) continue;
+    BeginTile(scene, Pass::kPicture, tile);
+    DrawInstances(programs.labels, 6, labels);
+  }
+  glEnable(GL_MULTISAMPLE);
+}
+
+void PackPictures(const DrawPrograms& programs, const DrawnScene& scene,
+                  const gl::PictureTarget& target) {
+  target.BeginPacking(DRAPE_DRAW_UNIT_COLOURS, DRAPE_DRAW_UNIT_DEPTHS);
+  glDisable(GL_DEPTH_TEST);
+  glDisable(GL_BLEND);
+  glDisable(GL_FRAMEBUFFER_SRGB);
+  const gl::Program& program = target.samples() == 1 ? programs.pack_one : programs.pack_four;
+  program.Use();
+  program.SetUniform(DRAPE_DRAW_UNIFORM_ROWS, target.row_count());
+  const auto [width, height] = std::array{static_cast<GLsizei>(scene.layout.width_px),
+                                          static_cast<GLsizei>(scene.layout.height_px)};
+  for (uint32_t tile = 0; tile < scene.tiles.size(); ++tile) {
+    BindFrame(scene, Pass::kPicture, tile);
+    glViewport(0, static_cast<GLint>(tile) * height, width, height);
+    glDrawArrays(GL_TRIANGLES, 0, 3);
+  }
 }
 
 }  // namespace drape::render

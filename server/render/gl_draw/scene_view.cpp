@@ -53,8 +53,9 @@ void FillFrames(const PictureSpec& spec, std::span<const AlignedBox3d> casters,
   frame.to_light = ToShader(to_light, texel_m);
   frame.screen = {static_cast<float>(width), static_cast<float>(height), static_cast<float>(pixel),
                   1 / static_cast<float>(shadow_size_px)};
+  frame.shadow_cell = {0, 0, 1, 1};
   frame.scale = {static_cast<float>(view.range.low), span > 0 ? static_cast<float>(1 / span) : 0.0f,
-                 static_cast<float>(view.radius_m), 0};
+                 static_cast<float>(view.radius_m), static_cast<float>(view.near_m)};
   view.shadow_frame = frame;
   view.shadow_frame.clip_from_world = ToShader(shadow.clip_from_eye);
   view.shadow_frame.viewer = ToShader(to_light, 0);
@@ -62,6 +63,13 @@ void FillFrames(const PictureSpec& spec, std::span<const AlignedBox3d> casters,
 }
 
 }  // namespace
+
+void SceneView::PlaceShadow(const shader::vec4& cell, uint32_t map_size_px) {
+  for (shader::DrawFrame* seen : {&frame, &shadow_frame}) {
+    seen->shadow_cell = cell;
+    seen->screen.w = 1 / static_cast<float>(map_size_px);
+  }
+}
 
 ValueRange ScaleRange(const PictureSpec& spec, const ValueRange& values) {
   constexpr double kLeastStrain = 1e-4;

@@ -22,6 +22,9 @@ struct SceneView {
   double near_m = 0;             // of the projection
   shader::DrawFrame frame;       // of the picture
   shader::DrawFrame shadow_frame;
+
+  // The shadow map is this part of a larger one: origin (xy) and size (zw).
+  void PlaceShadow(const shader::vec4& cell, uint32_t map_size_px);
 };
 
 // The camera fit of the spec: along its view direction, beside the legend.
