@@ -68,16 +68,23 @@ Result<Picture> DrawTiles(Renderer& renderer, const PictureSpec& spec,
   const RowsAsTheyWere rows(states);
   states.first_row = 0;
   states.row_total = static_cast<uint32_t>(ParticlesOf(cloths));
+  size_t most = cloths.size();
   while (!cloths.empty()) {
     if (is_cancelled()) {
       return Status(StatusCode::kCancelled, "CANCELLED", "the client cancelled the request");
     }
-    const auto page_cloths = cloths.first(NextPage(spec, cloths));
-    DRAPE_ASSIGN_OR_RETURN(const Picture page, renderer.Draw(spec, page_cloths, states));
-    all.rgb.insert(all.rgb.end(), page.rgb.begin(), page.rgb.end());
-    all.depths_m.insert(all.depths_m.end(), page.depths_m.begin(), page.depths_m.end());
-    all.height_px += page.height_px;
-    all.bounds_m.extend(page.bounds_m);
+    const auto page_cloths = cloths.first(std::min(most, NextPage(spec, cloths)));
+    const Result<Picture> page = renderer.Draw(spec, page_cloths, states);
+    if (!page.ok() && page.status().code() == StatusCode::kResourceExhausted &&
+        page_cloths.size() > 1) {
+      most = page_cloths.size() / 2;
+      continue;
+    }
+    if (!page.ok()) return page.status();
+    all.rgb.insert(all.rgb.end(), page->rgb.begin(), page->rgb.end());
+    all.depths_m.insert(all.depths_m.end(), page->depths_m.begin(), page->depths_m.end());
+    all.height_px += page->height_px;
+    all.bounds_m.extend(page->bounds_m);
     states.first_row += static_cast<uint32_t>(ParticlesOf(page_cloths));
     cloths = cloths.subspan(page_cloths.size());
   }

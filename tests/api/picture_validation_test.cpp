@@ -47,6 +47,8 @@ INSTANTIATE_TEST_SUITE_P(
                    "0 is not in [16, 4096]"},
         BadPicture{"High", [](auto& r) { r.set_height_px(4294967295u); }, "height_px",
                    "4294967295"},
+        BadPicture{"TwoSamples", [](auto& r) { r.set_samples(2); }, "samples",
+                   "2: 1 or 4 are allowed"},
         BadPicture{"NoEye", [](auto& r) { Camera(r).clear_eye_m(); }, "camera.eye_m",
                    "has 0 elements, needs 3"},
         BadPicture{"EyeNotANumber",
@@ -163,7 +165,8 @@ TEST(CheckRender, NothingAskedForIsAPictureWithTheDefaults) {
   EXPECT_EQ(spec->view_direction, render::PictureSpec().view_direction);
   EXPECT_EQ(spec->colouring, render::Colouring::kMaterial);
   EXPECT_FALSE(spec->range.has_value());
-  EXPECT_TRUE(spec->has_legend && spec->has_colliders && spec->has_pins);
+  EXPECT_TRUE(spec->has_legend && spec->has_colliders && spec->has_pins && spec->has_shadows);
+  EXPECT_EQ(spec->samples, 4u);
 }
 
 TEST(CheckRender, EveryFieldArrives) {
@@ -178,7 +181,8 @@ TEST(CheckRender, EveryFieldArrives) {
   EXPECT_EQ(spec->colouring, render::Colouring::kStrain);
   EXPECT_EQ(spec->range->low, -0.1);
   EXPECT_EQ(spec->range->high, 0.2);
-  EXPECT_FALSE(spec->has_legend || spec->has_colliders || spec->has_pins);
+  EXPECT_FALSE(spec->has_legend || spec->has_colliders || spec->has_pins || spec->has_shadows);
+  EXPECT_EQ(spec->samples, 1u);
 }
 
 TEST(CheckRender, AFitArrives) {

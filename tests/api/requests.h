@@ -229,6 +229,8 @@ inline v1::RenderRequest GoodPicture() {
   request.set_hide_legend(true);
   request.set_hide_colliders(true);
   request.set_hide_pins(true);
+  request.set_hide_shadows(true);
+  request.set_samples(1);
   return request;
 }
 

@@ -104,6 +104,15 @@ TEST_F(BenchTest, BudgetOnEveryBackend) {
   EXPECT_THAT(ReadText(out_ / "README.md"), HasSubstr("| cpu, 1 ms |"));
 }
 
+TEST_F(BenchTest, PicturesOfEveryWay) {
+  const Ending ending = Bench("pictures --backends=cpu");
+  ASSERT_EQ(ending.exit_status, 0) << ending.text;
+  EXPECT_EQ(RowCount(out_ / "pictures.csv"), 2 * 9 + 2);
+  EXPECT_FALSE(fs::exists(out_ / "changed_shaders"));
+  ASSERT_EQ(Tables("").exit_status, 0);
+  EXPECT_THAT(ReadText(out_ / "README.md"), HasSubstr("| hung | tiles with depths | 4 | 32×32 |"));
+}
+
 TEST_F(BenchTest, SpeedMakesItsTables) {
   const Ending ending = Bench("speed");
   ASSERT_EQ(ending.exit_status, 0) << ending.text;

@@ -24,6 +24,7 @@ struct CommandLine {
   AccuracyOptions accuracy;
   StabilityOptions stability;
   BudgetOptions budget;
+  PicturesOptions pictures;
   SpeedOptions speed;
   ContactOptions contact;
   KernelsOptions kernels;
@@ -96,6 +97,12 @@ void AddScenes(CLI::App& app, CommandLine& line) {
   budget->add_option("--budgets-ms", line.budget.budgets_ms)->delimiter(',');
   budget->add_option("--particles", line.budget.particles, "particles of the cloth");
   budget->add_option("--steps", line.budget.steps)->check(CLI::PositiveNumber);
+  CLI::App* pictures = app.add_subcommand(
+      "pictures", "the renderer without requests: tiles, large pictures; not part of all");
+  pictures->add_option("--tiles", line.pictures.tiles, "cloths, each in a picture of its own")
+      ->check(CLI::Range(1, 1024));
+  pictures->add_option("--edge-px", line.pictures.edge_px, "of a tile")->check(CLI::Range(16, 1024));
+  pictures->add_option("--rounds", line.pictures.rounds)->check(CLI::PositiveNumber);
   CLI::App* stability = app.add_subcommand(
       "stability", "what survives, recovers, warns, breaks or faults; not part of all");
   stability->add_flag("--full", line.stability.is_full, "every value and switch: takes long");
@@ -113,7 +120,7 @@ void AddScenes(CLI::App& app, CommandLine& line) {
   device->add_flag("--require-hardware", line.needs_hardware, "fail on a software renderer");
   app.add_subcommand(
       "all",
-      "all tables except those of accuracy, budget, contact, speed and stability (the default)");
+      "all tables except those of accuracy, budget, contact, pictures, speed and stability (the default)");
 }
 
 void AddSpeed(CLI::App& app, CommandLine& line) {
@@ -186,6 +193,7 @@ int Run(const CLI::App& app, CommandLine& line) {
   if (is_wanted("order", 1)) MeasureOrder(bench, line.order);
   if (app.got_subcommand("accuracy")) MeasureAccuracy(bench, line.accuracy);
   if (app.got_subcommand("budget")) MeasureBudget(bench, line.budget);
+  if (app.got_subcommand("pictures")) MeasurePictures(bench, line.pictures);
   if (app.got_subcommand("speed")) MeasureSpeed(bench, line.speed);
   if (app.got_subcommand("contact")) MeasureContact(bench, line.contact);
   if (app.got_subcommand("stability")) MeasureStability(bench, line.stability);

@@ -48,6 +48,14 @@ struct BudgetOptions {
 };
 void MeasureBudget(Bench& bench, BudgetOptions options);
 
+// The renderer without requests -> pictures.csv.
+struct PicturesOptions {
+  uint32_t tiles = 64;
+  uint32_t edge_px = 128;  // of a tile
+  uint32_t rounds = 9;     // every way in turn
+};
+void MeasurePictures(Bench& bench, PicturesOptions options);
+
 // Prints the GL devices and what the backend "gl" runs on. Exit status: 0, or 3 if that is
 // software and `needs_hardware`, or 4 if there is none.
 int ShowDevice(bool needs_hardware);

@@ -24,7 +24,7 @@ import stability_tables
 from rows import distinct, markdown, milliseconds, percent, select
 
 REAL_TIME_MS = 1000 / 60
-TEXT_COLUMNS = {"preset", "pins", "backend", "plan", "scene", "shuffled", "fault", "path"} | accuracy_tables.TEXT_COLUMNS | accuracy_quantities.TEXT_COLUMNS | speed_tables.TEXT_COLUMNS | stability_tables.TEXT_COLUMNS | contact_tables.TEXT_COLUMNS
+TEXT_COLUMNS = {"preset", "pins", "backend", "plan", "scene", "shuffled", "fault", "path", "way"} | accuracy_tables.TEXT_COLUMNS | accuracy_quantities.TEXT_COLUMNS | speed_tables.TEXT_COLUMNS | stability_tables.TEXT_COLUMNS | contact_tables.TEXT_COLUMNS
 STEP_COLUMNS = [
     "preset", "pins", "cloths", "particles", "columns", "rows", "backend", "plan", "steps", "median_ms", "p10_ms",
     "p90_ms", "min_ms", "max_ms", "device_ms", "dispatches", "iterations", "max_strain", "swing_max_strain",
@@ -42,6 +42,7 @@ COLUMNS = {
     "budget": [
         "backend", "particles", "budget_ms", "steps", "median_ms", "p90_ms", "p99_ms", "max_ms", "sweep_ms", "cap_median",
         "cap_min", "over_budget"],
+    "pictures": ["scene", "way", "pictures", "width_px", "height_px", "rounds", "p10_ms", "median_ms", "p90_ms", "cpu_ms"],
     **speed_tables.COLUMNS,
     **accuracy_tables.COLUMNS,
     **accuracy_quantities.COLUMNS,
@@ -196,6 +197,15 @@ def order_text(rows):
     return [*text, ""]
 
 
+def pictures_text(rows):
+    lines = [[row["scene"], row["way"], f"{row['pictures']:.0f}", f"{row['width_px']:.0f}×{row['height_px']:.0f}",
+              *(f"{row[key]:.1f}" for key in ("p10_ms", "median_ms", "p90_ms", "cpu_ms"))] for row in rows]
+    return ["## Pictures\n",
+            "The renderer without requests: tiles in one call beside the same pictures one by one, cheaper ones and parts left "
+            "out (all with depths), then large ones; in turn, in one run.\n",
+            markdown(["scene", "way", "pictures", "pixels", "10 % [ms]", "median [ms]", "90 % [ms]", "processor [ms]"], lines)]
+
+
 def budget_text(rows):
     lines = [[f"{row['backend']}, {row['budget_ms']:g} ms", *(f"{row[key]:.3g}" for key in (
         "sweep_ms", "median_ms", "p90_ms", "p99_ms", "max_ms", "cap_median", "cap_min", "over_budget")),
@@ -252,6 +262,8 @@ def readme(folder):
         text += order_text(tables["order"])
     if tables["budget"]:
         text += budget_text(tables["budget"])
+    if tables["pictures"]:
+        text += pictures_text(tables["pictures"])
     text += speed_tables.speed_text(tables, machine["cpu_backend"], machine["gl"])
     if tables["accuracy"]:
         text += accuracy_text(tables)

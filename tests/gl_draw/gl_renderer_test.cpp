@@ -129,6 +129,50 @@ TEST_F(GlRendererTest, DepthsOfPlanesDoNotChangeThePicture) {
   EXPECT_NEAR(with.depths_m[200 * 5 + 5], 2.3, 0.03);
 }
 
+// A square's edge at a slant: with one sample a pixel is the cloth or the backdrop, with four there
+// are pixels between them.
+TEST_F(GlRendererTest, OneSampleLeavesEdgesJagged) {
+  PictureSpec spec = SmallSpec();
+  spec.camera = FrontCamera({0.5, 0.5, 0}, 10, 2);
+  const std::vector<DrawnCloth> cloths = {At(GridModel(6))};
+  const Map turned = [](const Vector3d& p) {
+    return Vector3d(p.x() + 0.3 * p.z(), p.z() - 0.3 * p.x(), 0);
+  };
+  const auto between = [&](uint32_t samples) {
+    spec.samples = samples;
+    const Picture picture = Draw(spec, cloths, HostStates(cloths, turned));
+    const Picture empty = Empty(SmallSpec());
+    // Every colour of the cloth is as far from the backdrop as its middle, or nearly.
+    const int far = Distance(PixelOf(picture, 110, 100), PixelOf(empty, 110, 100));
+    return Count(picture, [&](size_t x, size_t y, const Rgb& pixel) {
+             const int distance = Distance(pixel, PixelOf(empty, x, y));
+             return distance > 8 && distance < 0.7 * far;
+           })
+        .count;
+  };
+  EXPECT_EQ(between(1), 0u);
+  EXPECT_GT(between(4), 50u);
+}
+
+TEST_F(GlRendererTest, NothingIsInShadowWithoutThem) {
+  PictureSpec spec = SmallSpec(200, 200);
+  spec.samples = 1;  // no pixel has the mean of two colours
+  spec.camera = Camera{.eye_m = {0.25, 2, 0.26}, .target_m = {0.25, 0, 0.25}};
+  const std::vector<DrawnCloth> cloths = {
+      At(GridModel(8, 0.5), Vector3d::Zero(), {PlaneThrough({0, -0.3, 0}, Vector3d::UnitY())})};
+  const auto floor_beside_cloth = [&](bool has_shadows) {
+    spec.has_shadows = has_shadows;
+    const Picture picture = Draw(spec, cloths, HostStates(cloths));
+    // The floor is grey, the cloth green.
+    return Count(picture, [](size_t, size_t, const Rgb& pixel) {
+             return pixel.green < 200 && pixel.red > 0.8 * pixel.green;
+           })
+        .count;
+  };
+  EXPECT_GT(floor_beside_cloth(true), 200u);
+  EXPECT_EQ(floor_beside_cloth(false), 0u);
+}
+
 TEST_F(GlRendererTest, FrontAndBackDiffer) {
   PictureSpec spec = SmallSpec();
   spec.camera = FrontCamera({0.5, 0.5, 0}, 10, 1);

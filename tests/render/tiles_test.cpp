@@ -25,6 +25,9 @@ class RecordingRenderer final : public Renderer {
                        const DrawnStates& states) override {
     EXPECT_TRUE(spec.is_tiled);
     EXPECT_EQ(states.row_total, row_total);
+    if (cloths.size() > most_tiles) {
+      return Status(StatusCode::kResourceExhausted, "DEVICE_MEMORY", "no room");
+    }
     first_rows.push_back(states.first_row);
     tiles.push_back(cloths.size());
     eyes_m.push_back(spec.camera->eye_m.x());
@@ -39,6 +42,7 @@ class RecordingRenderer final : public Renderer {
   }
 
   uint32_t row_total = 0;
+  size_t most_tiles = 1000;
   std::vector<uint32_t> first_rows;
   std::vector<size_t> tiles;
   std::vector<double> eyes_m;
@@ -128,6 +132,20 @@ TEST(Tiles, ClothsOfAPageAreDrawnTogether) {
   EXPECT_EQ(all->height_px, 3u);
   EXPECT_THAT(all->rgb, AllOf(SizeIs(18), Each(1)));
   EXPECT_THAT(all->depths_m, AllOf(SizeIs(6), Each(1)));
+}
+
+TEST(Tiles, PagesThatDoNotFitAreHalved) {
+  RecordingRenderer renderer;
+  renderer.row_total = 9;
+  renderer.most_tiles = 1;
+  DrawnStates states;
+  const auto all = DrawTiles(renderer, SmallSpec(), Cloths(), states, [] { return false; });
+  ASSERT_TRUE(all.ok());
+  EXPECT_THAT(renderer.first_rows, ElementsAre(0, 4, 6));
+  EXPECT_EQ(all->height_px, 3u);
+  renderer.most_tiles = 0;
+  const auto none = DrawTiles(renderer, SmallSpec(), Cloths(), states, [] { return false; });
+  EXPECT_EQ(none.status().reason(), "DEVICE_MEMORY");
 }
 
 TEST(Tiles, ACancelledRequestEndsBetweenTwoPages) {

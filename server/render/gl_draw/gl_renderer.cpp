@@ -32,7 +32,7 @@ constexpr uint32_t kMinShadowSize_px = 256;
 constexpr uint32_t kMaxShadowSize_px = 2048;
 // Limit of the geometry kept for the next picture.
 constexpr int64_t kMaxCacheBytes = int64_t{256} << 20;
-// Larger targets (about 44 bytes per pixel) are freed after each picture.
+// Larger targets (about 40 bytes per pixel) are freed after each picture.
 constexpr uint64_t kMaxKeptPixels = uint64_t{1} << 22;
 
 class GlRenderer final : public Renderer {
