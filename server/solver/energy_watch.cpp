@@ -12,8 +12,8 @@ bool CanGetEnergy(const SceneModel& model, const ClothParameters& parameters,
                   LengthSource lengths) {
   const bool feels_wind =
       (parameters.air_drag > 0 || parameters.air_lift > 0) && !parameters.wind_m_per_s.isZero(0);
-  return model.spring_count() > 0 || lengths == LengthSource::kOwn ||
-         feels_wind || HasMovingColliders(parameters);
+  return model.spring_count() > 0 || lengths == LengthSource::kOwn || feels_wind ||
+         HasMovingColliders(parameters);
 }
 
 }  // namespace
@@ -32,7 +32,8 @@ EnergyLimit EnergyLimitOf(const SceneModel& model, const ClothParameters& parame
   const bool has_compliance = model.has_compliance() || model.has_joint_compliance();
   EnergyLimit limit{.is_watched = true,
                     .has_stores = has_compliance || model.elastic_count() > 0,
-                    .watches_stores = has_compliance && !plan.solver.has_strips,
+                    .watches_stores = has_compliance && !plan.solver.has_strips &&
+                                      plan.schedule.size() < kFewSubsteps,
                     .max_elastic_frequency_sq_per_s2 = plan.max_elastic_frequency_sq_per_s2};
   limit.constant_j = kMaxEnergyGain * mass_kg * std::max(gravity, kLeastWatchedGravity_m_per_s2) *
                      model.extent_m();

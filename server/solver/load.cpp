@@ -21,19 +21,28 @@ double BodyMass_kg(std::span<const Collider> colliders) {
   return mass_kg;
 }
 
+double GammaOf(double mass_kg, const SceneModel& model, const ClothParameters& parameters) {
+  const double h = parameters.settings.substep_s();
+  const double weight_n = mass_kg * parameters.gravity_m_per_s2.norm();
+  return h * h * weight_n * model.link_mobility();
+}
+
 }  // namespace
 
 double WeightGamma(const SceneModel& model, const ClothParameters& parameters) {
-  const double h = parameters.settings.substep_s();
   const double mass_kg = model.total_mass_kg() + kBodyImpact * BodyMass_kg(parameters.colliders);
-  const double weight_n = mass_kg * parameters.gravity_m_per_s2.norm();
-  return h * h * weight_n * model.link_mobility();
+  return GammaOf(mass_kg, model, parameters);
 }
 
 double LoadRatio(const SceneModel& model, const ClothParameters& parameters) {
   // A cloth without pins may hang by one grip.
   const uint32_t holds = model.pin_count() == 0 && parameters.max_grips > 0 ? 1 : model.pin_count();
   return holds == 0 ? 0 : WeightGamma(model, parameters) / holds;
+}
+
+double OwnLoadRatio(const SceneModel& model, const ClothParameters& parameters) {
+  if (model.pin_count() == 0) return 0;
+  return GammaOf(model.total_mass_kg(), model, parameters) / model.pin_count();
 }
 
 ClothParameters RaiseSubsteps(const SceneModel& model, ClothParameters parameters) {

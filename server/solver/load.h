@@ -23,6 +23,10 @@ double WeightGamma(const SceneModel& model, const ClothParameters& parameters);
 // link at 0.4 to 0.5 (`./run bench stability`).
 double LoadRatio(const SceneModel& model, const ClothParameters& parameters);
 
+// The same of pins alone, and of the cloth's own weight: what bodies pull for a moment does not
+// make anything flutter.
+double OwnLoadRatio(const SceneModel& model, const ClothParameters& parameters);
+
 // The parameters that a backend gets: with as many substeps as keep LoadRatio within
 // settings.load_limit, at most kMaxLoadFactor times the requested number.
 ClothParameters RaiseSubsteps(const SceneModel& model, ClothParameters parameters);

@@ -104,13 +104,14 @@ inline constexpr double kWhipEnd = 0.008;
 // heavy cloth takes the time of all sessions; smaller: heavy cloths stretch.
 inline constexpr double kMaxLoadFactor = 1.8;
 // The diagonals of spans, strips that pins may hold taut, grow by this many times the square of
-// LoadRatio [-]: about four times what keeps the tension of a taut one stable with two steps.
-// Larger: spans sag and strain more; smaller: they flutter (from about 1 on two corners, 2 on four).
+// OwnLoadRatio [-]: about four times what keeps the tension of a taut one stable with two steps.
+// Larger: spans sag and strain more; smaller: they flutter (from about 1 on two corners, 2 on
+// four).
 inline constexpr double kSpanGive = 4;
-// From this LoadRatio on [-]; below, the least pivots at pins give way far enough. Larger: cloths
-// on four corners flutter (from 0.008 on); smaller: others are changed for nothing.
+// From this OwnLoadRatio on [-]; below, the least pivots at pins give way far enough. Larger:
+// cloths on four corners flutter (from 0.008 on); smaller: others are changed for nothing.
 inline constexpr double kLeastSpanLoad = 0.006;
-// A LoadRatio that counts as no larger there [-]: that of the heaviest cloths that `load_limit`
+// An OwnLoadRatio that counts as no larger there [-]: that of the heaviest cloths that `load_limit`
 // leaves to a step. Larger: spans of few substeps stretch without end; smaller: they flutter.
 inline constexpr double kMostSpanLoad = 0.15;
 // A link that turns farther than this within a substep, 8 degrees, has the direction of its end
@@ -148,6 +149,11 @@ inline constexpr double kMaxEnergyGain = 0.05;
 // Gravity in the scale of such gains where there is less [m/s^2]. Smaller: cloths that hardly move
 // have none to be measured by.
 inline constexpr double kLeastWatchedGravity_m_per_s2 = 9.81;
+
+// With fewer substeps sweeps by colours may leave stiff links stretched by far more than their
+// impulses say: then the watch of energy looks at them in every step [-]. Larger: it takes time
+// where it finds nothing (a mesh in PAPER gains nothing from 8 on); smaller: gains are unseen.
+inline constexpr unsigned kFewSubsteps = 8;
 
 // Rate at which springs in the force may gain energy before a report warns [1/s]. Larger: motion
 // that grows visibly has no warning; smaller: warnings although constraints and friction take the

@@ -149,7 +149,7 @@ void ChooseRefinement(const SceneModel& model, const StepSettings& settings, Sol
 double SpanGive(const SceneModel& model, const ClothParameters& parameters,
                 const SolverChoice& choice) {
   if (!choice.has_strips || !model.has_spans() || parameters.settings.tolerance > 0) return 0;
-  const double load = LoadRatio(model, parameters);
+  const double load = OwnLoadRatio(model, parameters);
   if (load < kLeastSpanLoad) return 0;
   const double counted = std::min(load, kMostSpanLoad);
   return kSpanGive * counted * counted;

@@ -137,13 +137,13 @@ std::vector<Case> Cases() {
                                   {.bending_stiffness_n_per_m = 0.5, .shear_stiffness_n_per_m = 2});
                    }});
   // Small and heavy for its substeps: spans give way, of some cloths these, of others those.
-  cases.push_back({"spans", [](const Pins& p) {
-                     std::set<uint32_t> pins(p.begin(), p.end());
-                     if (p.size() % 2 == 1) pins.insert({0, 12});
-                     if (p.size() > 1) pins.insert({3, 119});
-                     return With(Grid(13, 10, 0.06, 0.05, {pins.begin(), pins.end()}),
-                                 Preset::kRealtime);
-                   }});
+  cases.push_back(
+      {"spans", [](const Pins& p) {
+         std::set<uint32_t> pins(p.begin(), p.end());
+         if (p.size() % 2 == 1) pins.insert({0, 12});
+         if (p.size() > 1) pins.insert({3, 119});
+         return With(Grid(13, 10, 0.06, 0.05, {pins.begin(), pins.end()}), Preset::kRealtime);
+       }});
   cases.push_back({"refined", [](const Pins& p) {
                      Scene scene = Sheet(p, Preset::kRealtime);
                      scene.parameters.settings.substeps = 6;

@@ -76,9 +76,8 @@ std::vector<Scene> Spans() {
   scenes.push_back(Damped(Grid(40, 40, 0.15, 0.15, {0, 39}), "fine"));
   scenes.push_back(Damped(Under(10, Grid(15, 15, 0.5, 0.5, {0, 14})), "ten_g"));
   scenes.push_back(Damped(Under(1.62 / 9.81, Grid(15, 15, 0.012, 0.012, {0, 14})), "on_the_moon"));
-  scenes.push_back(Damped(MeshedGrid(12, 12, 0.04, 0.04, {0, 11},
-                                     {.stretch_stiffness_n_per_m = 2000}),
-                          "mesh"));
+  scenes.push_back(
+      Damped(MeshedGrid(12, 12, 0.04, 0.04, {0, 11}, {.stretch_stiffness_n_per_m = 2000}), "mesh"));
   return scenes;
 }
 

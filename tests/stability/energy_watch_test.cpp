@@ -122,9 +122,9 @@ TEST_P(EnergyWatchTest, IsSilentForSheetsThatGiveBackWhatTheyHold) {
 // Few sweeps stretch a mesh of stiff edges, which stores energy that never becomes motion.
 TEST_P(EnergyWatchTest, WarnsOfMeshesThatFewSweepsStretch) {
   for (const double rigidity_n_m : {0.0, 1e-4}) {
-    Scene scene = MeshedGrid(
-        20, 17, 0.6, 0.5, {0},
-        {.stretch_stiffness_n_per_m = 20000, .bending_rigidity_n_m = rigidity_n_m});
+    Scene scene =
+        MeshedGrid(20, 17, 0.6, 0.5, {0},
+                   {.stretch_stiffness_n_per_m = 20000, .bending_rigidity_n_m = rigidity_n_m});
     scene.parameters.settings = PresetSettings(Preset::kPaper);
     ExpectWarnings(SharedBackend(GetParam()), scene, 40);
   }

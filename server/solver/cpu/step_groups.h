@@ -22,7 +22,8 @@ struct LaneKey {
 
   const FloatModel* layout;  // FloatModel::layout; the cloths may differ in what is pinned
   StageSet stages;
-  SolverChoice solver;  // end_share: 0 with start directions, else 1; span_give: 0; cloths may differ
+  SolverChoice
+      solver;  // end_share: 0 with start directions, else 1; span_give: 0; cloths may differ
   SubstepSchedule schedule;
   double tolerance;
   uint32_t max_iterations;

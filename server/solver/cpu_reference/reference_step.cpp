@@ -288,10 +288,9 @@ EnergyChange ChangeOfEnergy(const StepContext& context, const ReferenceCloth& cl
   return change;
 }
 
-double StoredEnergyOf(const SceneModel& model, const EnergyLimit& limit,
-                      const ParticleState& state) {
-  return StoredEnergy_j(model, limit.max_elastic_frequency_sq_per_s2,
-                        [&](uint32_t i) { return state.positions_m[i]; });
+double StoredOf(const SceneModel& model, const EnergyLimit& limit, const ParticleState& state) {
+  const auto position_of = [&](uint32_t i) { return state.positions_m[i]; };
+  return StoredEnergy_j(model, limit.max_elastic_frequency_sq_per_s2, position_of);
 }
 
 bool MovesWhatItHolds(const StepContext& context, const ReferenceCloth& cloth) {
@@ -314,19 +313,17 @@ bool GainEnergy(const StepContexts& contexts, std::span<const SteppedReference> 
     is_held_moved = is_held_moved || MovesWhatItHolds(contexts[k], *cloths[k].cloth);
   }
   if (!std::isfinite(gain_j)) return true;
-  const bool looks_deeper = std::ranges::any_of(limits, &EnergyLimit::watches_stores);
-  if (is_held_moved || (gain_j <= allowed_j && !looks_deeper)) return false;
-  if (std::ranges::none_of(limits, &EnergyLimit::has_stores)) return true;
+  const bool looks_on = std::ranges::any_of(limits, &EnergyLimit::watches_stores);
+  if (is_held_moved || (gain_j <= allowed_j && !looks_on)) return false;
   allowed_j = 0;
   for (size_t k = 0; k < cloths.size(); ++k) {
     const ReferenceCloth& cloth = *cloths[k].cloth;
-    double start_j = 0;
+    double start_j = 0;  // stored
     if (limits[k].has_stores) {
-      start_j = StoredEnergyOf(*cloth.model, limits[k], cloth.state);
-      gain_j += StoredEnergyOf(*cloth.model, limits[k], contexts[k].state) - start_j;
+      start_j = StoredOf(*cloth.model, limits[k], cloth.state);
+      gain_j += StoredOf(*cloth.model, limits[k], contexts[k].state) - start_j;
     }
-    const EnergyChange change = ChangeOfEnergy(contexts[k], cloth);
-    allowed_j += limits[k].Allowed_j(change.start_kinetic_j, start_j);
+    allowed_j += limits[k].Allowed_j(ChangeOfEnergy(contexts[k], cloth).start_kinetic_j, start_j);
   }
   return !std::isfinite(gain_j) || gain_j > allowed_j;
 }

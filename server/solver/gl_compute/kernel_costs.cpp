@@ -153,8 +153,8 @@ uint64_t ElasticLinePasses(const SceneModel& model, uint32_t local_size) {
   return passes;
 }
 
-// The watch of energy: its sums, over particles and pins and, where something stores energy, again over
-// links, joints and elements. 0 for a cloth that is not watched.
+// The watch of energy: its sums, over particles and pins and, where something stores energy, again
+// over links, joints and elements. 0 for a cloth that is not watched.
 uint64_t EnergyWatchPasses(const PlannedCloth& cloth, uint32_t local_size, uint64_t sums) {
   const SceneModel& model = cloth.model;
   if (!EnergyLimitOf(model, cloth.parameters, cloth.lengths, cloth.plan).is_watched) return 0;
@@ -164,10 +164,10 @@ uint64_t EnergyWatchPasses(const PlannedCloth& cloth, uint32_t local_size, uint6
                               LoopPasses(model.pin_count() + cloth.parameters.max_grips, sums)) +
                     total;
   if (model.has_compliance() || model.has_joint_compliance() || model.elastic_count() > 0) {
-    passes += rounds * (1 + LoopPasses(model.constraint_count(), sums) +
-                        LoopPasses(model.joint_count(), sums) +
-                        LoopPasses(model.elastic_count(), sums)) +
-              total;
+    passes +=
+        rounds * (1 + LoopPasses(model.constraint_count(), sums) +
+                  LoopPasses(model.joint_count(), sums) + LoopPasses(model.elastic_count(), sums)) +
+        total;
   }
   return passes;
 }

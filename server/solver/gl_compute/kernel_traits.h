@@ -39,10 +39,26 @@ enum class Feature : uint8_t {
 
 // [Feature], in the order above.
 inline constexpr std::array<std::string_view, 20> kFeatureNames = {
-    "spring_forces", "compliance",  "inequalities",     "own_lengths",      "joint_compliance",
-    "friction",      "restitution", "moving_colliders", "collider_reach",   "damping",
-    "pins",          "tolerance",   "two_steps",        "start_directions", "regular_strips",
-    "spans_that_give", "quiet_links", "grips", "energy_watch", "remainders",
+    "spring_forces",
+    "compliance",
+    "inequalities",
+    "own_lengths",
+    "joint_compliance",
+    "friction",
+    "restitution",
+    "moving_colliders",
+    "collider_reach",
+    "damping",
+    "pins",
+    "tolerance",
+    "two_steps",
+    "start_directions",
+    "regular_strips",
+    "spans_that_give",
+    "quiet_links",
+    "grips",
+    "energy_watch",
+    "remainders",
 };
 static_assert(static_cast<size_t>(Feature::kRemainders) + 1 == kFeatureNames.size());
 

@@ -83,7 +83,7 @@ struct FloatControls {
   std::shared_ptr<const GridStrengths> grid_strengths;
   std::vector<FloatHingeStage> hinge_stages;  // SolverChoice::hinge_stages
   float max_elastic_frequency_sq;             // [1/s^2]
-  float span_give;  // SolverChoice::span_give
+  float span_give;                            // SolverChoice::span_give
   float end_share;  // of the direction at the end of the substep in that of an impulse, [0, 1]
 };
 

@@ -205,8 +205,8 @@ struct FloatModel {
   std::vector<uint32_t> pair_particles;
   std::vector<uint32_t> pair_particle_offsets;
   std::vector<bool> spanned_constraints;  // those of spans (FindSpans); empty: there are none
-  uint32_t longest_strip = 0;         // links
-  uint32_t longest_elastic_line = 0;  // particles
+  uint32_t longest_strip = 0;             // links
+  uint32_t longest_elastic_line = 0;      // particles
   // The places of the constraints of each particle: [particle_count + 1] offsets.
   std::vector<uint32_t> link_offsets;
   std::vector<uint32_t> link_places;

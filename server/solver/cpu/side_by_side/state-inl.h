@@ -144,7 +144,8 @@ struct OwnPins {
 OwnPins OwnPinsOf(std::span<const GroupCloth> cloths, GroupScratch& scratch) {
   if (HoldTheSame(cloths)) return {};
   const PinLists& lists = scratch.pin_lists;
-  return {&lists, scratch.inverse_masses.Reserve<VecCloths>(lists.held_by.size() + 1),
+  return {&lists,
+          scratch.inverse_masses.Reserve<VecCloths>(lists.held_by.size() + 1),
           scratch.pins.Reserve<ClothParticle>(lists.pin_count),
           scratch.tether_lengths.Reserve<VecCloths>(lists.tether_offsets.back()),
           nullptr,

@@ -80,8 +80,8 @@ void MeasureStrain(const StepContext& context, const FloatState& state, Measurem
 
 void MeasureElastic(const StepContext& context, const FloatState& state, Measurements& measured) {
   for (const ElasticElement& element : context.model.source->elastic_elements()) {
-    const double deflection = DeflectionOf_m(
-        element, [&](uint32_t i) { return ToVector3d(state.positions[i]); });
+    const double deflection =
+        DeflectionOf_m(element, [&](uint32_t i) { return ToVector3d(state.positions[i]); });
     measured.strain_energy_j += 0.5 * element.stiffness_n_per_m * deflection * deflection;
   }
 }
