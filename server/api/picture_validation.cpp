@@ -178,9 +178,8 @@ Result<render::PictureSpec> CheckRender(const v1::RenderRequest& request) {
   spec.has_pins = !request.hide_pins();
   spec.has_shadows = !request.hide_shadows();
   if (request.has_samples()) spec.samples = request.samples();
-  violations.Require(spec.samples == 1 || spec.samples == 4, FieldPath("samples"), [&spec] {
-    return std::to_string(spec.samples) + ": 1 or 4 are allowed";
-  });
+  violations.Require(spec.samples == 1 || spec.samples == 4, FieldPath("samples"),
+                     [&spec] { return std::to_string(spec.samples) + ": 1 or 4 are allowed"; });
   CheckKnownEnum(FieldPath("encoding"), request.encoding(),
                  v1::RenderRequest::Encoding_descriptor(), violations);
   spec.is_raw = request.encoding() == v1::RenderRequest::RGB8;

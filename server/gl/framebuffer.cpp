@@ -34,8 +34,8 @@ Result<PictureTarget> PictureTarget::Create(uint32_t width_px, uint32_t height_p
                                             uint32_t samples) {
   DRAPE_CHECK(width_px > 0 && height_px > 0, "a picture needs a size");
   DRAPE_CHECK(samples == 1 || samples == kManySamples, "one or four samples per pixel");
-  const auto largest = static_cast<uint32_t>(
-      std::min(GlInt(GL_MAX_TEXTURE_SIZE), GlInt(GL_MAX_FRAMEBUFFER_WIDTH)));
+  const auto largest =
+      static_cast<uint32_t>(std::min(GlInt(GL_MAX_TEXTURE_SIZE), GlInt(GL_MAX_FRAMEBUFFER_WIDTH)));
   if (std::max(width_px, height_px) > largest) {
     return NoRoom("the device draws pictures of at most " + SizeText(largest, largest) + ", not " +
                   SizeText(width_px, height_px));

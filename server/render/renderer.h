@@ -38,10 +38,10 @@ class Renderer {
   virtual bool takes_device_copies() const = 0;
 
   // The states of `cloths`, in their order. Where the spec is tiled, a page of tiles: each cloth
-  // alone, with the camera in its environment, one below the other. The spec is already validated: violations are
-  // programmer errors. RESOURCE_EXHAUSTED (DEVICE_MEMORY) if there is no room for the picture or
-  // the cloths; UNAVAILABLE (RENDERER_LOST) after the device was reset: this renderer cannot be
-  // used any more.
+  // alone, with the camera in its environment, one below the other. The spec is already validated:
+  // violations are programmer errors. RESOURCE_EXHAUSTED (DEVICE_MEMORY) if there is no room for
+  // the picture or the cloths; UNAVAILABLE (RENDERER_LOST) after the device was reset: this
+  // renderer cannot be used any more.
   virtual Result<Picture> Draw(const PictureSpec& spec, std::span<const DrawnCloth> cloths,
                                const DrawnStates& states) = 0;
 };

@@ -72,7 +72,9 @@ bool HasElasticLines(const SceneModel& model, const ClothParameters& parameters)
 }
 
 // Whether strips cross in the many phases of a mesh.
-bool CrossesOften(const SceneModel& model) { return model.strips().phase_count_there > 2; }
+bool CrossesOften(const SceneModel& model) {
+  return model.strips().phase_count_there > 2;
+}
 
 // SolverChoice::link_lead. What one sweep through the many phases of a mesh leaves of the errors of
 // its links feeds vibrations that two steps hardly damp (tests/bench/notes/solver.md).

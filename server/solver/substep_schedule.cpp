@@ -5,8 +5,7 @@
 namespace drape {
 
 SubstepSchedule::SubstepSchedule(const StepSettings& settings, bool has_two_steps,
-                                 bool has_twist_damping, uint32_t hinge_period,
-                                 double link_lead)
+                                 bool has_twist_damping, uint32_t hinge_period, double link_lead)
     : has_two_steps_(has_two_steps),
       substeps_(settings.substeps),
       h_(settings.substep_s()),

@@ -17,8 +17,8 @@ namespace drape {
 struct Substep {
   double duration_s = 0;
   double interval_s = 0;  // H
-  // Strips remove the errors that links would have after this time at the velocities u: H, or longer,
-  // which damps what stretches them.
+  // Strips remove the errors that links would have after this time at the velocities u: H, or
+  // longer, which damps what stretches them.
   double link_interval_s = 0;
   bool is_two_step = false;
   bool is_last = false;  // of its step

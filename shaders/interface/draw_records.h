@@ -16,9 +16,10 @@ struct DrawFrame {
   mat4 shadow_from_world;  // xyz in 0..1: texture coordinates and depth seen from the key light
   vec4 viewer;             // w = 1: where the viewer is; w = 0: the direction to it
   vec4 to_light;           // unit; w: metres per texel of the shadow map
-  vec4 screen;  // width, height [px]; metres per pixel at 1 m; 1 / texels of the shadow map
+  vec4 screen;       // width, height [px]; metres per pixel at 1 m; 1 / texels of the shadow map
   vec4 shadow_cell;  // of the shadow map, as texture coordinates: origin, size
-  vec4 scale;   // lowest value, 1 / (highest - lowest); radius of the scene [m]; depth times distance [m]
+  vec4 scale;        // lowest value, 1 / (highest - lowest); radius of the scene [m]; depth times
+                     // distance [m]
 };
 
 // One cloth of the picture.

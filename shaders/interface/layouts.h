@@ -92,9 +92,9 @@ struct ScratchLayout {
   uint air_impulses;      // [triangle_count][3] float [N s], a third of each impulse
   uint previous_positions;   // [particle_count][3] float [m]; only with two steps
   uint previous_velocities;  // [particle_count][3] float [m/s]; only with two steps
-  uint remainders;           // [particle_count][2][3] float [m]: now, previous; only with remainders
-  uint twist_changes;        // [particle_count][3] float [m/s]; only with twist damping
-  uint strip_links;          // [constraint_count][DRAPE_STRIP_LINK_WORDS] float; only with strips
+  uint remainders;     // [particle_count][2][3] float [m]: now, previous; only with remainders
+  uint twist_changes;  // [particle_count][3] float [m/s]; only with twist damping
+  uint strip_links;    // [constraint_count][DRAPE_STRIP_LINK_WORDS] float; only with strips
   // The refinement of tiled cloths. [particle_count] uint, 1 at the ends of links to refine; then
   // uint, whether there are any; then [colour_count] uint, the constraints that this round refines;
   // then uint, those of earlier rounds.

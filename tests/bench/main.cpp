@@ -101,7 +101,8 @@ void AddScenes(CLI::App& app, CommandLine& line) {
       "pictures", "the renderer without requests: tiles, large pictures; not part of all");
   pictures->add_option("--tiles", line.pictures.tiles, "cloths, each in a picture of its own")
       ->check(CLI::Range(1, 1024));
-  pictures->add_option("--edge-px", line.pictures.edge_px, "of a tile")->check(CLI::Range(16, 1024));
+  pictures->add_option("--edge-px", line.pictures.edge_px, "of a tile")
+      ->check(CLI::Range(16, 1024));
   pictures->add_option("--rounds", line.pictures.rounds)->check(CLI::PositiveNumber);
   CLI::App* stability = app.add_subcommand(
       "stability", "what survives, recovers, warns, breaks or faults; not part of all");
@@ -118,9 +119,9 @@ void AddScenes(CLI::App& app, CommandLine& line) {
                       "folder of shaders that replace built-in ones");
   CLI::App* device = app.add_subcommand("device", "the GL device; exit status 3: software");
   device->add_flag("--require-hardware", line.needs_hardware, "fail on a software renderer");
-  app.add_subcommand(
-      "all",
-      "all tables except those of accuracy, budget, contact, pictures, speed and stability (the default)");
+  app.add_subcommand("all",
+                     "all tables except those of accuracy, budget, contact, pictures, speed and "
+                     "stability (the default)");
 }
 
 void AddSpeed(CLI::App& app, CommandLine& line) {

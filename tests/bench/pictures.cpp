@@ -1,5 +1,6 @@
-// Pictures by the renderer alone, without requests: small ones of many cloths (tiles) beside as many
-// pictures one by one, cheaper ones, parts of the work left out, and large ones -> pictures.csv.
+// Pictures by the renderer alone, without requests: small ones of many cloths (tiles) beside as
+// many pictures one by one, cheaper ones, parts of the work left out, and large ones ->
+// pictures.csv.
 #include <sys/resource.h>
 
 #include <chrono>

@@ -121,7 +121,8 @@ TEST_F(FramebufferTest, LinearColoursAreStoredAsSrgb) {
 
 // As the blending of what is half transparent has to.
 TEST_F(FramebufferTest, BlendingIsInLinearLight) {
-  const Result<Program> half = Compile(kAll, "out vec4 colour;\nvoid main() { colour = vec4(0, 0, 0, 0.5); }\n");
+  const Result<Program> half =
+      Compile(kAll, "out vec4 colour;\nvoid main() { colour = vec4(0, 0, 0, 0.5); }\n");
   const Result<Program> pack = Compile(kAll, PackOf(1));
   ASSERT_TRUE(half.ok() && pack.ok());
   const Result<PictureTarget> target = PictureTarget::Create(2, 2, 1);

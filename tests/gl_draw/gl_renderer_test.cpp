@@ -144,10 +144,11 @@ TEST_F(GlRendererTest, OneSampleLeavesEdgesJagged) {
     const Picture empty = Empty(SmallSpec());
     // Every colour of the cloth is as far from the backdrop as its middle, or nearly.
     const int far = Distance(PixelOf(picture, 110, 100), PixelOf(empty, 110, 100));
-    return Count(picture, [&](size_t x, size_t y, const Rgb& pixel) {
-             const int distance = Distance(pixel, PixelOf(empty, x, y));
-             return distance > 8 && distance < 0.7 * far;
-           })
+    return Count(picture,
+                 [&](size_t x, size_t y, const Rgb& pixel) {
+                   const int distance = Distance(pixel, PixelOf(empty, x, y));
+                   return distance > 8 && distance < 0.7 * far;
+                 })
         .count;
   };
   EXPECT_EQ(between(1), 0u);
@@ -164,9 +165,10 @@ TEST_F(GlRendererTest, NothingIsInShadowWithoutThem) {
     spec.has_shadows = has_shadows;
     const Picture picture = Draw(spec, cloths, HostStates(cloths));
     // The floor is grey, the cloth green.
-    return Count(picture, [](size_t, size_t, const Rgb& pixel) {
-             return pixel.green < 200 && pixel.red > 0.8 * pixel.green;
-           })
+    return Count(picture,
+                 [](size_t, size_t, const Rgb& pixel) {
+                   return pixel.green < 200 && pixel.red > 0.8 * pixel.green;
+                 })
         .count;
   };
   EXPECT_GT(floor_beside_cloth(true), 200u);

@@ -25,8 +25,7 @@ TEST(SolidFacesTest, FacesAreWithinAFifthOfAPixel) {
     for (const double radius_m : {0.01, 0.1, 0.4}) {
       const double around = 4.0 * QuarterFaces(Ball(radius_m), 1, camera, height_px);
       // Of the circle in which its outline is seen.
-      const double radius_px =
-          height_px * 10 * std::tan(std::asin(radius_m / 10)) / 1;
+      const double radius_px = height_px * 10 * std::tan(std::asin(radius_m / 10)) / 1;
       EXPECT_LE(radius_px * (1 - std::cos(std::numbers::pi / around)), 0.2)
           << radius_m << " m, " << height_px << " px";
     }

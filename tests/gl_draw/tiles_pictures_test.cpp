@@ -22,14 +22,16 @@ class TilesPicturesTest : public PictureTest {
         GridModel(24, 0.5, {0, 23}), GridModel(4, 0.5, {0}), ChainModel(6)};
     const std::vector<std::vector<Collider>> colliders = {
         {SphereAt({0.25, -0.25, 0.25}, 0.2), PlaneThrough({0, -0.5, 0}, Vector3d::UnitY())},
-        {CapsuleBetween({0.1, -0.3, 0}, {0.4, -0.2, 0.3}, 0.1), BoxAt({0.2, -0.5, 0.2}, {0.2, 0.05, 0.3})},
+        {CapsuleBetween({0.1, -0.3, 0}, {0.4, -0.2, 0.3}, 0.1),
+         BoxAt({0.2, -0.5, 0.2}, {0.2, 0.05, 0.3})},
         {CylinderBetween({0.25, -0.5, 0.2}, {0.25, -0.1, 0.2}, 0.15)}};
     std::vector<DrawnCloth> cloths;
     for (size_t k = 0; k < 9; ++k) {
-      cloths.push_back({.model = models[k / 2 % 3],
-                        .placement = {.environment_origin_m = {3.0 * static_cast<double>(k), 1, -2},
-                                      .origin_in_environment_m = {0.01 * static_cast<double>(k), 0, 0}},
-                        .colliders = colliders[k % 3]});
+      cloths.push_back(
+          {.model = models[k / 2 % 3],
+           .placement = {.environment_origin_m = {3.0 * static_cast<double>(k), 1, -2},
+                         .origin_in_environment_m = {0.01 * static_cast<double>(k), 0, 0}},
+           .colliders = colliders[k % 3]});
     }
     return cloths;
   }
@@ -49,8 +51,8 @@ TEST_F(TilesPicturesTest, ATileIsThePictureOfItsClothAlone) {
   const std::vector<DrawnCloth> cloths = Cloths();
   const DrawnStates states =
       HostStates(cloths, Wavy, [](const Vector3d& p) { return p.x() + p.z(); });
-  for (const Colouring colouring : {Colouring::kMaterial, Colouring::kStrain, Colouring::kColourGroup,
-                                    Colouring::kSpeed}) {
+  for (const Colouring colouring :
+       {Colouring::kMaterial, Colouring::kStrain, Colouring::kColourGroup, Colouring::kSpeed}) {
     for (const bool is_large : {false, true}) {
       PictureSpec spec = is_large ? Spec(320, 240) : Spec(96, 64);
       spec.colouring = colouring;
@@ -64,8 +66,8 @@ TEST_F(TilesPicturesTest, ATileIsThePictureOfItsClothAlone) {
       ASSERT_EQ(page->depths_m.size(), 9 * size);
       DrawnStates own = states;
       for (uint32_t k = 0; k < 9; ++k) {
-        SCOPED_TRACE(testing::Message() << "tile " << k << ", colouring "
-                                        << static_cast<int>(colouring));
+        SCOPED_TRACE(testing::Message()
+                     << "tile " << k << ", colouring " << static_cast<int>(colouring));
         spec.camera = tiled.camera;
         spec.camera->eye_m += cloths[k].placement.environment_origin_m;
         spec.camera->target_m += cloths[k].placement.environment_origin_m;
@@ -90,8 +92,8 @@ TEST_F(TilesPicturesTest, ATileIsThePictureOfItsClothAlone) {
   }
 }
 
-// Were a shadow map larger than its cell, or the taps too wide, the ball of one tile would darken the
-// floor of the next.
+// Were a shadow map larger than its cell, or the taps too wide, the ball of one tile would darken
+// the floor of the next.
 TEST_F(TilesPicturesTest, ShadowsStayInTheirTile) {
   const auto model = GridModel(8, 0.5);
   const std::vector<Collider> floor = {PlaneThrough({0, -0.3, 0}, Vector3d::UnitY())};

@@ -156,8 +156,8 @@ TEST(Tiles, ACancelledRequestEndsBetweenTwoPages) {
   DrawnStates states;
   states.first_row = 5;
   states.row_total = 7;
-  const auto all = DrawTiles(renderer, spec, Cloths(), states,
-                             [&] { return renderer.first_rows.size() == 2; });
+  const auto all =
+      DrawTiles(renderer, spec, Cloths(), states, [&] { return renderer.first_rows.size() == 2; });
   EXPECT_EQ(all.status().reason(), "CANCELLED");
   EXPECT_EQ(renderer.first_rows.size(), 2u);
   EXPECT_EQ(states.first_row, 5u);

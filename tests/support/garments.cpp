@@ -163,9 +163,13 @@ Scene SheetBy(bool is_hung, const GarmentOptions& options) {
 
 }  // namespace
 
-Scene IrregularSheet(const GarmentOptions& options) { return SheetBy(true, options); }
+Scene IrregularSheet(const GarmentOptions& options) {
+  return SheetBy(true, options);
+}
 
-Scene LooseIrregularSheet(const GarmentOptions& options) { return SheetBy(false, options); }
+Scene LooseIrregularSheet(const GarmentOptions& options) {
+  return SheetBy(false, options);
+}
 
 Scene Shirt(const GarmentOptions& options) {
   constexpr double kRadius_m = 0.25, kHeight_m = 0.7, kSleeve_m = 0.4, kArmhole_m = 0.2;

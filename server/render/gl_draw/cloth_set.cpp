@@ -124,8 +124,8 @@ Result<ClothSet> ClothSet::Load(const PictureSpec& spec, std::span<const DrawnCl
     return TooLarge(static_cast<int64_t>(shaded_bytes), limits.storage_block_bytes);
   }
   DRAPE_ASSIGN_OR_RETURN(set.shaded_, gl::Buffer::Create(shaded_bytes));
-  DRAPE_ASSIGN_OR_RETURN(set.lit_, gl::Buffer::Create(set.particle_count_ * DRAPE_DRAW_LIT_WORDS *
-                                                      sizeof(uint32_t)));
+  DRAPE_ASSIGN_OR_RETURN(
+      set.lit_, gl::Buffer::Create(set.particle_count_ * DRAPE_DRAW_LIT_WORDS * sizeof(uint32_t)));
   return set;
 }
 
@@ -218,8 +218,8 @@ Status ClothSet::LoadStates(const DrawnStates& states, int64_t max_block_bytes) 
   return Status::Ok();
 }
 
-Result<std::vector<ClothMeasures>> ClothSet::Measure(
-    const gl::Program& shade_vertices, const std::array<Vector3d, 8>& directions) {
+Result<std::vector<ClothMeasures>> ClothSet::Measure(const gl::Program& shade_vertices,
+                                                     const std::array<Vector3d, 8>& directions) {
   std::vector<ClothMeasures> measures;
   if (records_.empty()) return measures;
   shader::DrawReaches reaches;

@@ -25,13 +25,13 @@ class Compiler {
     return std::move(program).value();
   }
 
-  std::optional<gl::Program> Draw(const std::string& vertex_file,
-                                  const std::string& fragment_file,
+  std::optional<gl::Program> Draw(const std::string& vertex_file, const std::string& fragment_file,
                                   const std::string& fragment_defines = "") {
     if (!status_.ok()) return std::nullopt;
     const Result<gl::ShaderSource> vertex = library_.Assemble("draw/" + vertex_file, "");
     if (!vertex.ok()) return Failed(vertex.status());
-    const Result<gl::ShaderSource> fragment = library_.Assemble("draw/" + fragment_file, fragment_defines);
+    const Result<gl::ShaderSource> fragment =
+        library_.Assemble("draw/" + fragment_file, fragment_defines);
     if (!fragment.ok()) return Failed(fragment.status());
     Result<gl::Program> program = gl::Program::CompileDraw(vertex.value(), fragment.value());
     if (!program.ok()) return Failed(program.status());

@@ -129,8 +129,8 @@ constexpr double kMaxLitCell_px = 4;
 
 bool IsLitAtParticles(const ClothMeasures::Cloth& cloth, double cell_m, const SceneView& view,
                       uint32_t height_px) {
-  const double distance_m = (cloth.box_m.center() - view.camera.eye_m).norm() -
-                            cloth.box_m.diagonal().norm() / 2;
+  const double distance_m =
+      (cloth.box_m.center() - view.camera.eye_m).norm() - cloth.box_m.diagonal().norm() / 2;
   const double pixel = 2 * std::tan(view.camera.vertical_field_of_view_rad / 2) / height_px;
   return cell_m <= kMaxLitCell_px * pixel * distance_m;
 }
@@ -166,9 +166,8 @@ Result<std::vector<TileContent>> GlRenderer::FillTiles(const PictureSpec& spec,
       group.is_lit_at_particles = true;
       for (const ClothMeasures& cloth : measures_of(group)) {
         group.is_lit_at_particles &=
-            cloth.cloths.empty() ||
-            IsLitAtParticles(cloth.cloths[0], group.geometry->mean_length_m, tile.view,
-                             layout.height_px);
+            cloth.cloths.empty() || IsLitAtParticles(cloth.cloths[0], group.geometry->mean_length_m,
+                                                     tile.view, layout.height_px);
       }
     }
     tiles.push_back(std::move(tile));
@@ -185,8 +184,8 @@ Result<Picture> GlRenderer::DrawPicture(const PictureSpec& spec, std::span<const
                          ClothSet::Load(spec, cloths, states, parts_.context->limits(), cache_));
   DRAPE_ASSIGN_OR_RETURN(const std::vector<TileContent> tiles,
                          FillTiles(spec, cloths, layout, set));
-  DRAPE_ASSIGN_OR_RETURN(const DrawnScene scene,
-                         LoadScene(spec, set, layout, tiles, GroupCount(spec, cloths), solid_faces_));
+  DRAPE_ASSIGN_OR_RETURN(const DrawnScene scene, LoadScene(spec, set, layout, tiles,
+                                                           GroupCount(spec, cloths), solid_faces_));
 
   DrawShadows(*parts_.programs, *parts_.vertices, scene, *shadow_map_);
   LightParticles(*parts_.programs, scene, *shadow_map_);

@@ -19,8 +19,8 @@ struct PixelBox {
 // shadow maps are cells of one square map, in rows from the lower left corner.
 struct PageLayout {
   uint32_t tile_count = 1;
-  uint32_t width_px = 0;   // of a tile
-  uint32_t height_px = 0;  // of a tile
+  uint32_t width_px = 0;        // of a tile
+  uint32_t height_px = 0;       // of a tile
   uint32_t shadow_size_px = 0;  // of a cell
 
   uint32_t picture_height_px() const { return tile_count * height_px; }

@@ -74,7 +74,8 @@ void BindFrame(const DrawnScene& scene, Pass pass, uint32_t tile) {
 // Subsequent draws are of this tile: seen by its viewer, and within its part of the image.
 void BeginTile(const DrawnScene& scene, Pass pass, uint32_t tile) {
   BindFrame(scene, pass, tile);
-  const PixelBox box = pass == Pass::kShadows ? scene.layout.ShadowOf(tile) : scene.layout.PictureOf(tile);
+  const PixelBox box =
+      pass == Pass::kShadows ? scene.layout.ShadowOf(tile) : scene.layout.PictureOf(tile);
   const auto [x, y, width, height] =
       std::array{static_cast<GLint>(box.x), static_cast<GLint>(box.y),
                  static_cast<GLint>(box.width), static_cast<GLint>(box.height)};
@@ -291,8 +292,7 @@ Result<std::vector<SolidRun>> AddSolids(const PictureSpec& spec, const TileConte
   std::map<uint32_t, std::vector<shader::SolidRecord>> by_faces;
   for (const DrawnSolid& solid : content.shapes.solids) {
     if (solid.mesh) continue;
-    by_faces[QuarterFaces(solid, content.shapes.solids.size(), content.view.camera,
-                          spec.height_px)]
+    by_faces[QuarterFaces(solid, content.shapes.solids.size(), content.view.camera, spec.height_px)]
         .push_back(MakeSolid(solid, content.view));
   }
   std::vector<SolidRun> runs;

@@ -106,7 +106,8 @@ struct DrawnScene {
   std::vector<DrawnMesh> meshes;
 };
 
-// `faces` must outlive the scene. RESOURCE_EXHAUSTED (DEVICE_MEMORY; PICTURE_TOO_LARGE for more than kMaxMeshTriangles in a tile).
+// `faces` must outlive the scene. RESOURCE_EXHAUSTED (DEVICE_MEMORY; PICTURE_TOO_LARGE for more
+// than kMaxMeshTriangles in a tile).
 Result<DrawnScene> LoadScene(const PictureSpec& spec, const ClothSet& cloths,
                              const PageLayout& layout, std::span<const TileContent> tiles,
                              uint32_t group_count, SolidFaceCache& faces);

@@ -19,16 +19,16 @@ constexpr std::array<uint32_t, 11> kQuarters = {1, 2, 3, 4, 6, 8, 12, 16, 24, 32
 // its faces.
 constexpr double kMaxSag_px = 0.2;
 
-// Of the outline of its nearest ball; infinity: the eye is in it or beside it. A ball of radius r at
-// the distance d is seen as one of r / sqrt(d^2 - r^2) at 1 m, drawn out away from the middle of the
-// picture.
+// Of the outline of its nearest ball; infinity: the eye is in it or beside it. A ball of radius r
+// at the distance d is seen as one of r / sqrt(d^2 - r^2) at 1 m, drawn out away from the middle of
+// the picture.
 double RadiusPixels(const DrawnSolid& solid, const Camera& camera, uint32_t height_px) {
   const Eigen::Vector3d toward = solid.center_m - camera.eye_m;
   const double depth_m = AxesOf(camera).forward.dot(toward) - solid.half_extents_m.norm();
   if (depth_m <= solid.radius_m) return std::numeric_limits<double>::infinity();
   const double pixel = 2 * std::tan(camera.vertical_field_of_view_rad / 2) / height_px;
-  const double at_1_m = solid.drawn_radius_m /
-                        std::sqrt(depth_m * depth_m - solid.radius_m * solid.radius_m);
+  const double at_1_m =
+      solid.drawn_radius_m / std::sqrt(depth_m * depth_m - solid.radius_m * solid.radius_m);
   return at_1_m * std::max(toward.norm() / depth_m, 1.0) / pixel;
 }
 

@@ -134,8 +134,8 @@ constexpr TiledKernel kTiledKernels[] = {
     {"tiled_end_sweep", {kTolerance}, {kSolveSelfContacts}, &Kernels::tiled_end_sweep},
     {"tiled_integrate",
      {kIntegrate},
-     kContactTraits |
-         TraitSet{kTwoSteps, kRemainders, kSpringForces, kDamping, kSolveVelocity, kGuardSelfContacts},
+     kContactTraits | TraitSet{kTwoSteps, kRemainders, kSpringForces, kDamping, kSolveVelocity,
+                               kGuardSelfContacts},
      &Kernels::tiled_integrate},
     {.file = "tiled_guard_self_contacts",
      .needed_by = {kGuardSelfContacts},

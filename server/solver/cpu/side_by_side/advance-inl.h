@@ -63,8 +63,8 @@ void IntegratePins(GroupContext& context) {
 // The free particles begin the substep (Bender et al. 2009, section 3.1, eq. 2): the velocities
 // become u = v + a H/2. With two steps, by the backward differentiation formula of second order:
 // the positions become b = p + (p - p')/3, the velocities u = (v + (v - v')/3 + H g) / (1 + c H);
-// in the first substep of a step b = p + v h/2 and u = (v + h g) / (1 + c h). With remainders u makes
-// up for what rounding takes from b.
+// in the first substep of a step b = p + v h/2 and u = (v + h g) / (1 + c h). With remainders u
+// makes up for what rounding takes from b.
 class Prediction {
  public:
   explicit Prediction(const GroupContext& context)
@@ -107,9 +107,8 @@ class Prediction {
   }
   HWY_INLINE void PredictWithRemainder(ClothParticle& previous, ClothRemainders& remainders,
                                        VectorsCloths& p, VectorsCloths& v) const {
-    const VectorsCloths way =
-        ((p - previous.p) * kThird + v * lead_) +
-        (remainders.now + (remainders.now - remainders.previous) * kThird);
+    const VectorsCloths way = ((p - previous.p) * kThird + v * lead_) +
+                              (remainders.now + (remainders.now - remainders.previous) * kThird);
     const VectorsCloths base = p + way;
     const VectorsCloths rest = way - (base - p);
     const VectorsCloths mean = Mean(previous, v) + rest * inverse_interval_;
@@ -222,9 +221,8 @@ class Integration {
         has_spring_forces_(context.controls.plan.solver.has_spring_forces),
         interval_(context.open.ended.interval),
         inverse_interval_(context.open.ended.inverse_interval),
-        remainders_(is_two_step_ && context.controls.plan.solver.has_remainders
-                        ? context.remainders
-                        : nullptr),
+        remainders_(is_two_step_ && context.controls.plan.solver.has_remainders ? context.remainders
+                                                                                : nullptr),
         half_interval_(context.open.ended.half_interval),
         accelerations_(context.accelerations),
         kick_(context.gravity * half_interval_) {}

@@ -46,10 +46,10 @@ struct FloatSubstep {
   FloatSubstep() = default;
   FloatSubstep(const Substep& substep, double damping_per_s);
 
-  float interval = 0;            // H [s]
-  float half_interval = 0;       // H / 2 [s]
-  float inverse_interval = 0;    // 1 / H [1/s]
-  float link_interval = 0;       // Substep::link_interval_s [s]
+  float interval = 0;          // H [s]
+  float half_interval = 0;     // H / 2 [s]
+  float inverse_interval = 0;  // 1 / H [1/s]
+  float link_interval = 0;     // Substep::link_interval_s [s]
   float inverse_link_interval = 0;
   float force_time = 0;          // Substep::force_s [s]
   float inverse_force_time = 0;  // 1 / Substep::force_s [1/s]
@@ -93,8 +93,8 @@ struct GridElasticScratch {
 
 // Working memory of one step; kept by a thread between steps only to save allocations.
 struct StepScratch {
-  FloatState state;                 // the step's working copy; velocities hold u within a substep
-  FloatState previous;              // the state before, two steps only
+  FloatState state;     // the step's working copy; velocities hold u within a substep
+  FloatState previous;  // the state before, two steps only
   // With remainders only: what rounding took from each position, of b within a substep [m]; and the
   // same of the state before.
   std::vector<Vec4> remainders, previous_remainders;
