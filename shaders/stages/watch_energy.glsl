@@ -39,7 +39,7 @@ vec2 EnergyChange(uint s) {
 #endif
 
 #if defined(HAS_COMPLIANCE) || defined(HAS_JOINT_COMPLIANCE) || defined(STORES_IN_ELEMENTS)
-#define HAS_STORES
+#define STORES_ENERGY
 
 vec3 DifferenceAtStart(uvec2 pair) {
   precise vec3 d = StateVector(cloth.positions + 3u * pair.y) - StateVector(cloth.positions + 3u * pair.x);
@@ -117,7 +117,7 @@ bool GainsEnergy() {
   vec2 change = AddEnergySums();
   vec2 start = vec2(change.x, 0.0);
   bool exceeds = ExceedsEnergyLimit(change.y, start, cloth.step.energy_constant, cloth.step.energy_lag_root);
-#ifdef HAS_STORES
+#ifdef STORES_ENERGY
   if (!exceeds && cloth.step.watches_stores == 0u) return false;
   for (uint s = gl_LocalInvocationID.x; s < ENERGY_SUMS; s += LOCAL_SIZE) SetEnergySum(s, StoredChange(s));
   vec2 stored = AddEnergySums();
