@@ -25,7 +25,6 @@ struct StepNumbers {
   float tolerance;          // relative to the rest length [-]; 0 = a fixed number of sweeps
   float contact_tolerance;  // tolerance * the model's length scale [m]
   float end_share;          // weight of the end-of-substep direction in an impulse's direction [-]
-  float span_give;          // by which diagonals of spans are larger [-]; only with spans that give
 
   float thickness;          // [m]
   float friction_static;    // [-]
@@ -51,7 +50,6 @@ struct StepNumbers {
   // Only with the watch of energy (solver/energy_watch.h).
   float energy_constant;     // [J]
   float energy_lag_root;     // [J^1/2]
-  uint watches_stores;       // EnergyLimit
   uint keeps_start_of_gain;  // a step that gains too much is not committed: it is done again
 
   uint self_contacts;  // in Parameters: a SelfContactRecord; only with self-collision
@@ -81,6 +79,7 @@ struct ClothRecord {
   uint hinge_period;          // substeps that share the forces of hinges
   uint triangle_count;        // 0 without air forces
   uint strip_phase_count;
+  float span_give;  // by which diagonals of spans are larger [-]; only with spans that give
   // Levels of reduction: of strips from both ends before the elimination, and those after which
   // every equation is alone.
   uint strip_levels;
@@ -98,6 +97,7 @@ struct ClothRecord {
   uint has_inequalities;
   uint has_own_lengths;
   uint has_moving_colliders;
+  uint watches_stores;  // EnergyLimit; only with the watch of energy
 
   // Resident plan in parts: upper bounds on the passes through loops of one invocation.
   uint sweep_cost;    // of one sweep

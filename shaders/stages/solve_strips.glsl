@@ -121,7 +121,7 @@ LinearisedLink LineariseLink(uint place, float rest_length, LinkEnd from, LinkEn
   diagonal = diagonal * line.slope;
 #endif
 #ifdef HAS_SPANS_THAT_GIVE
-  diagonal = diagonal * (1.0 + cloth.step.span_give * ModelFloat(cloth.model.strip_spans + place));
+  diagonal = diagonal * (1.0 + cloth.span_give * ModelFloat(cloth.model.strip_spans + place));
 #endif
 #ifdef HAS_COMPLIANCE
   diagonal = diagonal + compliance * InverseForceTime() * substep.inverse_link_interval;

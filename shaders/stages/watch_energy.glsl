@@ -118,7 +118,7 @@ bool GainsEnergy() {
   vec2 start = vec2(change.x, 0.0);
   bool exceeds = ExceedsEnergyLimit(change.y, start, cloth.step.energy_constant, cloth.step.energy_lag_root);
 #ifdef STORES_ENERGY
-  if (!exceeds && cloth.step.watches_stores == 0u) return false;
+  if (!exceeds && cloth.watches_stores == 0u) return false;
   for (uint s = gl_LocalInvocationID.x; s < ENERGY_SUMS; s += LOCAL_SIZE) SetEnergySum(s, StoredChange(s));
   vec2 stored = AddEnergySums();
   start.y = stored.x;

@@ -291,6 +291,7 @@ void GlBackend::UseCalmerScheme(ClothHandle handle) {
   if (cloth.other_scheme) {
     std::swap(cloth.scheme(), *cloth.other_scheme);
     cloth.gain_response = GainResponse::kNotWatched;
+    Words().WriteElastic(cloth);
   } else {
     spdlog::warn("energy_gained_without_room_to_step_again particles={}", cloth.particle_count());
     cloth.gain_response = GainResponse::kWarn;
@@ -303,6 +304,7 @@ void GlBackend::UseUsualScheme(ClothHandle handle) {
   if (cloth.gain_response != GainResponse::kNotWatched) return;
   std::swap(cloth.scheme(), *cloth.other_scheme);
   cloth.gain_response = GainResponse::kStepAgain;
+  Words().WriteElastic(cloth);
   WriteRecord(handle.slot);
 }
 

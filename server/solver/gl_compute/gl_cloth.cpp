@@ -28,15 +28,16 @@ void SetRefinement(const StepPlan& plan, shader::StepNumbers& step) {
   step.refine_solves = plan.solver.refine_solves;
 }
 
-void SetEnergyLimit(const GlCloth& cloth, shader::StepNumbers& step) {
+void SetEnergyLimit(const GlCloth& cloth, shader::ClothRecord& record) {
   const EnergyLimit limit = EnergyLimitOf(
       *cloth.model->model, cloth.parameters,
       cloth.has_own_lengths() ? LengthSource::kOwn : LengthSource::kModel, cloth.plan);
   if (!limit.is_watched) return;
+  shader::StepNumbers& step = record.step;
   step.energy_constant = static_cast<float>(limit.constant_j);
   step.energy_lag_root = static_cast<float>(limit.lag_root_j);
-  step.watches_stores = limit.watches_stores ? 1 : 0;
   step.keeps_start_of_gain = cloth.gain_response == GainResponse::kStepAgain ? 1 : 0;
+  record.watches_stores = limit.watches_stores ? 1 : 0;
 }
 
 shader::StepNumbers NumbersOf(const GlCloth& cloth) {
@@ -55,7 +56,6 @@ shader::StepNumbers NumbersOf(const GlCloth& cloth) {
   step.tolerance = static_cast<float>(plan.tolerance);
   step.contact_tolerance = static_cast<float>(plan.tolerance * length_scale);
   step.end_share = static_cast<float>(plan.solver.end_share);
-  step.span_give = static_cast<float>(plan.solver.span_give);
   step.thickness = static_cast<float>(parameters.thickness_m);
   step.friction_static = static_cast<float>(parameters.friction_static);
   step.friction_dynamic = static_cast<float>(parameters.friction_dynamic);
@@ -70,7 +70,6 @@ shader::StepNumbers NumbersOf(const GlCloth& cloth) {
   step.max_elastic_frequency_sq = static_cast<float>(plan.max_elastic_frequency_sq_per_s2);
   if (cloth.touches_itself()) step.self_contacts = cloth.contact_words.begin();
   SetRefinement(plan, step);
-  SetEnergyLimit(cloth, step);
   return step;
 }
 
@@ -127,6 +126,7 @@ void SetModel(const GlCloth& cloth, shader::ClothRecord& record) {
   record.hinge_stage_count = cloth.plan.solver.hinge_stages;
   record.hinge_period = cloth.plan.solver.hinge_period;
   record.strip_phase_count = model.strips().phase_count();
+  record.span_give = static_cast<float>(cloth.plan.solver.span_give);
   record.strip_levels = StripLevels(model, !cloth.kernels->variant.is_tiled());
   record.strip_all_levels = AllStripLevels(model.strips());
   record.grid_columns = model.grid_columns();
@@ -154,6 +154,7 @@ shader::SelfContactRecord MakeSelfContactRecord(const GlCloth& cloth) {
 shader::ClothRecord MakeClothRecord(const GlCloth& cloth) {
   shader::ClothRecord record{};
   record.step = NumbersOf(cloth);
+  SetEnergyLimit(cloth, record);
   SetSubsteps(cloth.plan.schedule, cloth.parameters.damping_per_s, record);
   SetModel(cloth, record);
   record.parameters = Placed(cloth.parameter_layout, cloth.parameter_words.begin());

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "server/solver/gl_compute/kernel_variant.h"
+#include "server/solver/solver_constants.h"
 #include "shaders/interface/bindings.h"
 
 namespace drape {
@@ -31,7 +32,9 @@ PackedLayout<shader::ParameterLayout> LayOutParameters(const PlannedCloth& cloth
                                ? cloth.model.elastic_lines().stiffnesses_n_per_m.size()
                                : 0;
   layout.elastic_entries = packed.Append(DRAPE_ELASTIC_ENTRY_WORDS * entries);
-  layout.hinge_stages = packed.Append(uint64_t{2} * cloth.plan.solver.hinge_stages);
+  // The calmer scheme (energy_watch.h), which writes its own, may have more of them.
+  const bool has_hinges = cloth.model.elastic_count() > 0 && cloth.model.elastic_lines().empty();
+  layout.hinge_stages = packed.Append(has_hinges ? 2 * kMaxHingeStages : 0);
   return packed;
 }
 
