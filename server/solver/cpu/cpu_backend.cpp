@@ -177,7 +177,8 @@ class CpuBackend final : public Backend {
       changed.own_lengths = ToOwnLengths(*update.rest_lengths_m, *changed.model);
     }
     if (update.collider_motions) changed.parameters.collider_motions = *update.collider_motions;
-    if (update.model || update.parameters || update.rest_lengths_m) {
+    // Energy is watched where no collider moves.
+    if (update.model || update.parameters || update.rest_lengths_m || update.collider_motions) {
       SetScheme(changed);
       SetSurfaces(changed, surfaces_, parts_);
     }
