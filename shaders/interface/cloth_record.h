@@ -103,6 +103,8 @@ struct ClothRecord {
   uint sweep_cost;    // of one sweep
   uint substep_cost;  // of a substep without its sweeps
   uint fixed_cost;    // of loading, pausing and committing
+
+  uint impulses;  // in Parameters: [DRAPE_IMPULSE_RECORD_WORDS]; only of a step that tells them
 };
 
 #ifdef __cplusplus

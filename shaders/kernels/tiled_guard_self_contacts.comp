@@ -114,6 +114,10 @@ void PushApart(uint k) {
   precise float missing = CoreOf(k) - (low - high);
   if (missing <= 0.0) return;  // others have pushed them
   precise vec3 push = Quotient(missing, w) * normal;
+#ifdef HAS_IMPULSES
+  if (w_i == 0.0) PullExactly(i, impulse_weight * cloth.step.inverse_h, push);
+  if (w_j == 0.0) PullExactly(j, impulse_weight * cloth.step.inverse_h, -push);
+#endif
   if (w_i != 0.0) {
     SetPosition(i, AddScaled(Position(i), w_i, push));
     SetVelocity(i, AddScaled(Velocity(i), w_i * cloth.step.inverse_h, push));
@@ -208,6 +212,9 @@ void ForgetFlight(uint k, uvec4 particles, vec4 weights, vec4 w, vec3 normal, ve
   precise vec3 longer = way - cloth.step.h * after;
   vec3 of_velocity = Quotient(faster, inverse_mass);
   vec3 of_position = Quotient(longer, inverse_mass);
+#ifdef HAS_IMPULSES
+  PullPair(particles, weights, w, -memory_weight, of_velocity);
+#endif
   if (w.x != 0.0) {
     SetPrevious(particles.x, Changed(p.a, weights.x, w.x, of_position), Changed(v.a, weights.x, w.x, of_velocity));
   }

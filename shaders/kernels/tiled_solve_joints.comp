@@ -18,6 +18,9 @@ void main() {
 #ifdef HAS_TOLERANCE
   if (statuses[status_index].is_substep_done != 0u) return;
 #endif
+#ifdef HAS_IMPULSES
+  BeginImpulses(substep_index);
+#endif
   uint k = models[cloth.model.joint_colour_offsets + colour] + gl_GlobalInvocationID.x;
   uint end = models[cloth.model.joint_colour_offsets + colour + 1u];
   if (k < end) SolveJoint(k, sweep == 0u);

@@ -14,6 +14,9 @@ layout(location = DRAPE_UNIFORM_IS_OF_JOINTS) uniform uint is_of_joints;
 void main() {
   OpenCloth(gl_WorkGroupID.y);
   if (substep_index >= cloth.step.substeps || sweep >= cloth.step.velocity_iterations) return;
+#ifdef HAS_IMPULSES
+  BeginImpulses(substep_index);
+#endif
 #ifdef HAS_SOLVE_JOINTS
   if (is_of_joints != 0u) {
     if (colour >= cloth.joint_colour_count) return;

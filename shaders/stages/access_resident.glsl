@@ -59,6 +59,9 @@ uint sweep_flag = 0u;
 // writes) ends with exactly this call, in uniform control flow.
 void PhaseBarrier() {
   memoryBarrierShared();
+#ifdef HAS_IMPULSES
+  memoryBarrierBuffer();  // a sum may have another writer in the next phase
+#endif
   barrier();
 }
 

@@ -29,8 +29,8 @@ void StoreElasticImpulse(uint e, uint place, float seconds) {
   SetScratchVector(cloth.scratch.elastic_impulses + 3u * e, impulse);
 }
 
-// w times the impulses of the elements of i times its weights in them, in ascending order [m/s].
-vec3 ChangeByElements(uint i) {
+// The impulses of the elements of i times its weights in them, in ascending order [N s].
+vec3 ImpulseOfElements(uint i) {
   uint end = models[cloth.model.elastic_offsets + i + 1u];
   precise vec3 impulse = vec3(0.0);
   for (uint k = models[cloth.model.elastic_offsets + i]; k < end; ++k) {
@@ -38,12 +38,20 @@ vec3 ChangeByElements(uint i) {
     impulse = AddScaled(impulse, ModelFloat(word + 1u),
                         ScratchVector(cloth.scratch.elastic_impulses + 3u * models[word]));
   }
-  precise vec3 change = InverseMass(i) * impulse;
+  return impulse;
+}
+
+// w times those [m/s].
+vec3 ChangeByElements(uint i) {
+  precise vec3 change = InverseMass(i) * ImpulseOfElements(i);
   return change;
 }
 
 // Only their targets move pins.
 void ApplyElasticImpulses(uint i) {
+#ifdef HAS_IMPULSES
+  if (InverseMass(i) == 0.0) Pull(i, ImpulseOfElements(i));
+#endif
   if (InverseMass(i) == 0.0) return;
   SetVelocity(i, AddScaled(Velocity(i), 1.0, ChangeByElements(i)));
 }

@@ -17,6 +17,15 @@ void StoreSpringAcceleration(uint i, uint place) {
     force = force + SpringForce(KickPosition(other, place) - p, Velocity(other) - v, ModelFloat(word + 1u),
                                 ModelFloat(word + 2u), ModelFloat(word + 3u));
   }
+#ifdef HAS_IMPULSES
+#ifdef HAS_SPRING_FORCES
+  float seconds = substep.interval;
+#else
+  float seconds = KickSeconds(place);
+#endif
+  precise vec3 impulse = seconds * force;
+  if (InverseMass(i) == 0.0) Pull(i, impulse);
+#endif
   precise vec3 acceleration = InverseMass(i) * force;
   SetScratchVector(cloth.scratch.spring_accelerations + 3u * i, acceleration);
 }

@@ -25,14 +25,23 @@ void StoreAirImpulse(uint t, uint place, float seconds) {
   SetScratchVector(cloth.scratch.air_impulses + 3u * t, impulse);
 }
 
-// v += w * the corner's share * the impulses of the triangles of i, in ascending order; only their targets move pins.
-void ApplyAirImpulses(uint i) {
-  if (InverseMass(i) == 0.0) return;
+// The impulses of the triangles of i, in ascending order [N s].
+vec3 ImpulseOfTriangles(uint i) {
   uint end = models[cloth.model.triangle_offsets + i + 1u];
   precise vec3 impulse = vec3(0.0);
   for (uint e = models[cloth.model.triangle_offsets + i]; e < end; ++e) {
     impulse = impulse + ScratchVector(cloth.scratch.air_impulses + 3u * models[cloth.model.particle_triangles + e]);
   }
+  return impulse;
+}
+
+// v += w * the corner's share * those impulses; only their targets move pins.
+void ApplyAirImpulses(uint i) {
+#ifdef HAS_IMPULSES
+  precise vec3 share = CornerShare(i) * ImpulseOfTriangles(i);
+  if (InverseMass(i) == 0.0) Pull(i, share);
+#endif
+  if (InverseMass(i) == 0.0) return;
   precise float inverse_mass = CornerShare(i) * InverseMass(i);
-  SetVelocity(i, AddScaled(Velocity(i), inverse_mass, impulse));
+  SetVelocity(i, AddScaled(Velocity(i), inverse_mass, ImpulseOfTriangles(i)));
 }

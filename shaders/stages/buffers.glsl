@@ -25,9 +25,10 @@ layout(std430, binding = DRAPE_BINDING_PARAMETERS) restrict readonly buffer Para
   uint parameters[];
 };
 // In `apply_wind`, `apply_elastic`, `solve_elastic` and `solve_hinges` of the resident plan invocations read values
-// that others of their work group have written here; SOLVES_IN_SCRATCH: a kernel of the tiled plan that has phases.
+// that others of their work group have written here, and so do those that tell impulses in every phase;
+// SOLVES_IN_SCRATCH: a kernel of the tiled plan that has phases.
 #if defined(HAS_APPLY_WIND) || defined(HAS_APPLY_ELASTIC) || defined(HAS_SOLVE_ELASTIC) || \
-    defined(HAS_SOLVE_HINGES) || defined(SOLVES_IN_SCRATCH)
+    defined(HAS_SOLVE_HINGES) || defined(HAS_IMPULSES) || defined(SOLVES_IN_SCRATCH)
 #define SCRATCH_MEMORY coherent
 #else
 #define SCRATCH_MEMORY

@@ -34,6 +34,10 @@ void StoreTwistChange(uint i) {
 }
 
 void ApplyTwistChange(uint i) {
+#ifdef HAS_IMPULSES
+  precise vec3 impulse = ModelFloat(cloth.model.masses + i) * TwistChange(i);
+  if (InverseMass(i) == 0.0) Pull(i, impulse);
+#endif
   if (InverseMass(i) == 0.0) return;
   precise vec3 u = Velocity(i) + TwistChange(i);
   SetVelocity(i, u);

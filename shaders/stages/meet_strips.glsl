@@ -297,6 +297,9 @@ void StorePull(SideLink mine, float share) {
   precise float applied = share * mine.impulse;
   AccumulateImpulse(mine.place, applied);
   precise vec3 pull = applied * mine.link.direction;
+#ifdef HAS_IMPULSES
+  PullAtStripLink(mine.place, mine.from, mine.to, pull);
+#endif
   shared_rows[mine.at.row].y = pull.x;  // x may be the flag that others read
   shared_rows[mine.at.row].z = pull.y;
   shared_rows[mine.at.row].w = pull.z;

@@ -140,6 +140,12 @@ void SolveLane(LaneSlotWords words, bool is_first_sweep) {
   MarkChanged();
   precise float applied = share * impulse;
   if (is_link) AccumulateImpulse(words.place, applied);
+#ifdef HAS_IMPULSES
+  precise vec3 applied_pull = applied * link.direction;
+  if (is_link) {
+    PullAtStripLink(words.place, mine.particle, StripEnds(words.place).y, applied_pull);
+  }
+#endif
   if (from.inverse_mass != 0.0) SetVelocity(mine.particle, AddScaled(from.velocity, share, change));
 }
 

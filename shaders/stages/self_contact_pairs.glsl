@@ -1,4 +1,5 @@
 // Stages find_self_contacts and solve_self_contacts of one pair, and the turns that pairs take.
+#include "stages/exact_pulls.glsl"
 #include "stages/self_contacts.glsl"
 
 // As in server/solver/self_contact/self_contacts.cpp and contact_pair.cpp.
@@ -159,6 +160,9 @@ vec3 Changed(vec3 vector, float weight, float inverse_mass, vec3 impulse) {
 
 // Changes the relative velocity of the pair.
 void ApplyToVelocities(uvec4 particles, vec4 weights, vec4 w, Corners u, vec3 impulse) {
+#ifdef HAS_IMPULSES
+  PullPair(particles, weights, w, impulse_weight, impulse);
+#endif
   if (w.x != 0.0) SetVelocity(particles.x, Changed(u.a, weights.x, w.x, impulse));
   if (w.y != 0.0) SetVelocity(particles.y, Changed(u.b, weights.y, w.y, impulse));
   if (w.z != 0.0) SetVelocity(particles.z, Changed(u.c, weights.z, w.z, impulse));

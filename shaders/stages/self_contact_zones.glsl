@@ -273,10 +273,41 @@ bool JoinZones() {
   return false;
 }
 
+#ifdef HAS_IMPULSES
+// The passes of these two are not counted, so that nobody who asks changes what is left out: they are two of the dozen
+// loops over all particles that come with each end of zones.
+void ClearZonePulls() {
+  FOR_EACH(i, 0u, cloth.particle_count) {
+    for (uint n = 0u; n < DRAPE_EXACT_WORDS; ++n) scratch_words[ZonePullWord(i) + n] = 0u;
+  }
+  EndPhase();
+}
+
+// What a free particle loses to the pins of its zone [N s].
+void PullZone(uint zone, float w, float weight, vec3 change) {
+  precise vec3 impulse = weight * change / w;
+  AddExactly(ZonePullWord(zone), impulse);
+}
+
+// The pins of a zone share it equally.
+void PullPinsOfZones() {
+  EndPhase();
+  FOR_EACH(i, 0u, cloth.particle_count) {
+    if (!IsMember(i) || InverseMass(i) != 0.0) continue;
+    uint zone = ZoneOf(i);
+    precise float share = 1.0 / float(scratch_words[PinCountWord(zone)]);
+    PullExactly(i, share, ExactVector(ZonePullWord(zone)));
+  }
+}
+#endif
+
 // A zone that ends: relative to its mean a particle goes on as if it had always flown as it did in this substep; the
 // mean keeps its history, so the momentum stays what it was. One that moves as one: by its mean way, or not at all
 // beside pins.
 void EndZones(uint purpose, Scales scales) {
+#ifdef HAS_IMPULSES
+  ClearZonePulls();
+#endif
   CountLoop(cloth.particle_count);
   FOR_EACH(i, 0u, cloth.particle_count) {
     if (!IsMember(i) || InverseMass(i) == 0.0) continue;
@@ -291,14 +322,25 @@ void EndZones(uint purpose, Scales scales) {
     precise vec3 faster = (way - mean_way) * cloth.step.inverse_h;
     vec3 relative = purpose == kAsOne ? vec3(0.0) : faster;
     precise vec3 velocity = zone_velocity + relative;
+#ifdef HAS_IMPULSES
+    precise vec3 stopped = Velocity(i) - relative;
+    if (has_pins) PullZone(zone, InverseMass(i), impulse_weight, stopped);
+#endif
     SetVelocity(i, has_pins ? relative : velocity);
 #ifdef HAS_TWO_STEPS
     if (purpose == kAsOne || !IsTwoStep()) continue;
     precise vec3 zone_previous = scales.previous * Quotient(SumsOf(zone, kPreviousSum), mass);
     precise vec3 previous = zone_previous + relative;
+#ifdef HAS_IMPULSES
+    precise vec3 stopped_before = relative - ScratchVector(cloth.scratch.previous_velocities + 3u * i);
+    if (has_pins) PullZone(zone, InverseMass(i), memory_weight, stopped_before);
+#endif
     SetScratchVector(cloth.scratch.previous_velocities + 3u * i, has_pins ? relative : previous);
 #endif
   }
+#ifdef HAS_IMPULSES
+  PullPinsOfZones();
+#endif
   EndPhase();
 }
 

@@ -108,6 +108,24 @@ vec3 SolveContact(uint c, uint i, vec3 p, vec3 u, bool has_betas) {
   return u;
 }
 
+#ifdef HAS_IMPULSES
+// Where the collider's pivot is when the substep ends [m].
+vec3 PivotAtEnd(uint c) {
+#ifdef HAS_MOVING_COLLIDERS
+  RigidMotion motion = LoadMotion(c);
+  return AddScaled(motion.position, substep_end, motion.velocity);
+#else
+  return ParameterVector(ImpulseWord(DRAPE_IMPULSE_PIVOTS) + 3u * c);
+#endif
+}
+
+// Collider c has changed the velocity of a particle from `before` to `after` [m/s].
+void Push(uint c, uint i, vec3 place, vec3 before, vec3 after) {
+  precise vec3 change = after - before;
+  PushBy(c, PivotAtEnd(c), i, place, impulse_weight, change);
+}
+#endif
+
 void SolveContactsOf(uint i, bool is_first_sweep) {
   if (InverseMass(i) == 0.0) return;
   vec3 p = Position(i);
@@ -116,7 +134,13 @@ void SolveContactsOf(uint i, bool is_first_sweep) {
   uint met = LoadMetColliders(i, is_first_sweep);
   for (uint c = NextCollider(0u, met, q); c < cloth.collider_count;
        c = NextCollider(c + 1u, met, q)) {
+#ifdef HAS_IMPULSES
+    vec3 before = u;
+#endif
     u = SolveContact(c, i, p, u, HasMet(met, c, is_first_sweep));
+#ifdef HAS_IMPULSES
+    Push(c, i, q, before, u);
+#endif
     q = AddScaled(p, substep.interval, u);
     met |= SetOf(c);
   }
@@ -177,19 +201,36 @@ vec3 CorrectContactVelocity(uint c, uint i, vec3 normal, vec3 v) {
 // The velocity v at p, the end of the substep, after all contacts that pushed.
 vec3 VelocityAfterContacts(uint i, vec3 p, vec3 v) {
   bool has_landed = false;
+#ifdef HAS_IMPULSES
+  uint landed_on = 0u;  // the first one
+#endif
   uint met = LoadMetColliders(i, false);
   for (uint c = NextMetCollider(0u, met); c < cloth.collider_count; c = NextMetCollider(c + 1u, met)) {
     if (scratch[NormalBetaWord(c, i)] <= 0.0) continue;
     Surface surface = LoadSurface(c);
     vec3 normal = GapAtEnd(surface, p).normal;
     vec3 relative = CorrectContactVelocity(c, i, normal, RelativeAtEnd(surface, p, v));
+#ifdef HAS_IMPULSES
+    vec3 before = v;
+#endif
     v = AbsoluteAtEnd(surface, p, relative);
+#ifdef HAS_IMPULSES
+    Push(c, i, p, before, v);
+    if (!has_landed) landed_on = c;
+#endif
 #ifdef HAS_TWO_STEPS
     if (IsTwoStep() && !has_landed) has_landed = HasLanded(surface, i);
 #endif
   }
 #ifdef HAS_TWO_STEPS
+#ifdef HAS_IMPULSES
+  vec3 remembered = PreviousVelocity(i);
+#endif
   if (has_landed) ForgetFlight(i, p, v);
+#ifdef HAS_IMPULSES
+  precise vec3 forgotten = remembered - PreviousVelocity(i);
+  if (has_landed) PushBy(landed_on, PivotAtEnd(landed_on), i, p, memory_weight, forgotten);
+#endif
 #endif
   return v;
 }

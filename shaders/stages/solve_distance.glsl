@@ -57,6 +57,10 @@ void SolveConstraint(uint k, bool is_first_sweep) {
   precise float accumulated = lambda + impulse;
   scratch[cloth.scratch.lambdas + k] = accumulated;
 #endif
+#ifdef HAS_IMPULSES
+  precise vec3 pull = impulse * direction;
+  if (PullsOnHeld(inverse_mass_i, inverse_mass_j)) PullAtConstraint(k, pull);
+#endif
   precise float change_i = -(inverse_mass_i * impulse);
   precise float change_j = inverse_mass_j * impulse;
   if (inverse_mass_i != 0.0) SetVelocity(pair.x, AddScaled(velocity_i, change_i, direction));

@@ -55,6 +55,14 @@ uint SolutionWord(uint i) { return cloth.scratch.elastic_solutions + DRAPE_ELAST
 // How long forces act on u [s].
 float ForceTime() { return IsTwoStep() ? substep.kick_within : substep.interval; }
 
+#ifdef HAS_IMPULSES
+// On particle i, if it is held: the row of s K x, from the moments before, at and after it, is taken off the right side.
+void PullByRods(uint i, vec3 at_before, vec3 at_this, vec3 at_after) {
+  precise vec3 row = (at_before - at_this) + (at_after - at_this);
+  if (InverseMass(i) == 0.0) Pull(i, -row);
+}
+#endif
+
 // Changes the velocities of a line by x with (M + s K) x = impulses.
 void SolveRods(ElasticLine line) {
   float force_time = ForceTime();
@@ -63,6 +71,9 @@ void SolveRods(ElasticLine line) {
   vec3 moment = vec3(0.0), before = vec3(0.0);
   vec3 last = vec3(0.0), second_last = vec3(0.0);  // partial solutions
   float last_to_this = 0.0, last_to_next = 0.0, second_last_to_this = 0.0;
+#ifdef HAS_IMPULSES
+  float s = Parameter(cloth.impulses + DRAPE_IMPULSE_ELASTIC_S);
+#endif
   for (uint k = 0u; k < line.count; ++k) {
     uint i = line.first + k * line.stride;
     vec3 here = moment;
@@ -77,6 +88,10 @@ void SolveRods(ElasticLine line) {
     precise vec3 partial =
         ((impulse - before) * force_time - last * last_to_this) - second_last * second_last_to_this;
     SetScratchVector(SolutionWord(i), partial);
+#ifdef HAS_IMPULSES
+    precise vec3 right_side = (impulse - before) * force_time;
+    if (InverseMass(i) == 0.0) Pull(i, right_side);
+#endif
     before = impulse;
     second_last = last;
     last = partial;
@@ -86,6 +101,10 @@ void SolveRods(ElasticLine line) {
     last_to_next = entry.to_second_next;
   }
   vec3 next = vec3(0.0), second_next = vec3(0.0);
+#ifdef HAS_IMPULSES
+  // s times the moments by x at the rods in the middle of the second and third particle after this one.
+  vec3 at_second = vec3(0.0), at_third = vec3(0.0);
+#endif
   for (uint k = line.count; k-- > 0u;) {
     uint i = line.first + k * line.stride;
     ElasticEntry entry = LoadEntry(line.entry_begin + k);
@@ -93,9 +112,23 @@ void SolveRods(ElasticLine line) {
                      second_next * entry.to_second_next;
     precise vec3 velocity = Velocity(i) + x;
     if (entry.inverse_pivot != 0.0 && InverseMass(i) != 0.0) SetVelocity(i, velocity);
+#ifdef HAS_IMPULSES
+    precise vec3 at_next = vec3(0.0);
+    if (k + 2u < line.count) {
+      at_next = s * LoadEntry(line.entry_begin + k + 1u).elasticity * ((second_next - next) - (next - x));
+      PullByRods(i + 2u * line.stride, at_next, at_second, at_third);
+    }
+    at_third = at_second;
+    at_second = at_next;
+#endif
     second_next = next;
     next = x;
   }
+#ifdef HAS_IMPULSES
+  // at_second is now at the second particle.
+  if (line.count > 1u) PullByRods(line.first + line.stride, vec3(0.0), at_second, at_third);
+  PullByRods(line.first, vec3(0.0), vec3(0.0), at_second);
+#endif
 }
 
 // By which lines are solved: a line knows pins, but not what grips hold. What it would do to that is left out
@@ -110,6 +143,9 @@ float LineMass(uint i) {
 
 void PushElastic(uint i, vec3 impulse) {
   float inverse_mass = InverseMass(i);
+#ifdef HAS_IMPULSES
+  if (inverse_mass == 0.0) Pull(i, impulse);
+#endif
   precise vec3 velocity = Velocity(i) + impulse * inverse_mass;
   if (inverse_mass != 0.0) SetVelocity(i, velocity);
 }

@@ -11,6 +11,24 @@ void StoreHingeImpulse(uint e) {
   StoreElasticImpulse(e, DRAPE_KICK_HINGES, cloth.hinge_period > 1u ? 1.0 : HingeForceTime());
 }
 
+#ifdef HAS_IMPULSES
+// What is held: the impulses in place of the changes.
+void PullByHinges(uint i, uint stage) {
+  uint word = cloth.scratch.hinge_changes + 3u * i;
+  if (cloth.hinge_period > 1u) {
+    if (finds_hinges) SetScratchVector(word, ImpulseOfElements(i));
+    precise vec3 shared_impulse = HingeForceTime() * ScratchVector(word);
+    Pull(i, shared_impulse);
+    return;
+  }
+  uint numbers = cloth.parameters.hinge_stages + 2u * stage;
+  precise vec3 impulse = Parameter(numbers + 1u) * ImpulseOfElements(i);
+  if (stage > 0u) impulse = Parameter(numbers) * ScratchVector(word) + impulse;
+  SetScratchVector(word, impulse);
+  Pull(i, impulse);
+}
+#endif
+
 void ApplySharedHinges(uint i) {
   uint word = cloth.scratch.hinge_changes + 3u * i;
   if (finds_hinges) SetScratchVector(word, ChangeByElements(i));
@@ -18,6 +36,9 @@ void ApplySharedHinges(uint i) {
 }
 
 void ApplyHinges(uint i, uint stage) {
+#ifdef HAS_IMPULSES
+  if (InverseMass(i) == 0.0) PullByHinges(i, stage);
+#endif
   if (InverseMass(i) == 0.0) return;
   if (cloth.hinge_period > 1u) {
     ApplySharedHinges(i);

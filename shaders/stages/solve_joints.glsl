@@ -1,7 +1,9 @@
 // Stage `solve_joints`. Needs the accessors of one plan.
-#ifdef HAS_SOLVE_JOINTS
 #include "lib/joint.glsl"
 #include "lib/vector.glsl"
+#include "stages/impulses.glsl"
+
+#ifdef HAS_SOLVE_JOINTS
 
 // Point joint k. The colours of the joints give each free particle one writer; pins are only read.
 void SolveJoint(uint k, bool is_first_sweep) {
@@ -35,6 +37,9 @@ void SolveJoint(uint k, bool is_first_sweep) {
   vec3 impulse = JointImpulse(residual, cloth.step.inverse_h, inverse_mass_sum, compliance);
 #ifdef HAS_JOINT_COMPLIANCE
   SetScratchVector(cloth.scratch.joint_lambdas + 3u * k, AddScaled(lambda, 1.0, impulse));
+#endif
+#ifdef HAS_IMPULSES
+  if (PullsOnHeld(inverse_mass_i, inverse_mass_j)) PullAtJoint(k, impulse);
 #endif
   if (inverse_mass_i != 0.0) SetVelocity(pair.x, AddScaled(velocity_i, -inverse_mass_i, impulse));
   if (inverse_mass_j != 0.0) SetVelocity(pair.y, AddScaled(velocity_j, inverse_mass_j, impulse));

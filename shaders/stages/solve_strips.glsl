@@ -212,6 +212,15 @@ void AccumulateImpulse(uint place, float applied) {
 #endif
 }
 
+#ifdef HAS_IMPULSES
+// By a link, of the place in the lists of links, on the particle after it; the opposite on the one before it.
+void PullAtStripLink(uint place, uint from, uint to, vec3 pull) {
+  if (!PullsOnHeld(InverseMass(from), InverseMass(to))) return;
+  uint constraint = models[cloth.model.strip_constraints + place];
+  PullAtConstraint(constraint, ConstraintPair(constraint).y == to ? pull : -pull);
+}
+#endif
+
 // Finds the impulses from the last link back and applies `share` of them. Returns the largest MoveRatioSq.
 float ApplyImpulses(Strip strip, float share, float last_impulse) {
   float largest_ratio_sq = 0.0;
@@ -224,6 +233,9 @@ float ApplyImpulses(Strip strip, float share, float last_impulse) {
     precise float applied = share * impulse;
     AccumulateImpulse(StripLinkAt(strip, k), applied);
     precise vec3 pull = applied * ScratchVector(word);
+#ifdef HAS_IMPULSES
+    PullAtStripLink(StripLinkAt(strip, k), StripParticle(strip, k), StripParticle(strip, k + 1u), pull);
+#endif
     float ratio_sq =
         PullParticle(StripParticle(strip, k + 1u), pull, pull_of_next, StripRestLength(strip, k));
     largest_ratio_sq = max(largest_ratio_sq, ratio_sq);

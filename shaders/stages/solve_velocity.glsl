@@ -2,6 +2,7 @@
 #include "lib/distance.glsl"
 #include "lib/joint.glsl"
 #include "lib/velocity.glsl"
+#include "stages/impulses.glsl"
 
 // Removes the velocity along the rigid link k, after `integrate`. The colours give each free particle one writer;
 // pins are only read.
@@ -21,6 +22,10 @@ void SolveLinkVelocity(uint k) {
   float inverse_mass_i = InverseMass(pair.x);
   float inverse_mass_j = InverseMass(pair.y);
   float impulse = VelocityImpulse(Dot(n, velocity_difference), inverse_mass_i, inverse_mass_j);
+#ifdef HAS_IMPULSES
+  precise vec3 pull = impulse * n;
+  if (PullsOnHeld(inverse_mass_i, inverse_mass_j)) PullAtConstraint(k, pull);
+#endif
   precise float change_i = -(inverse_mass_i * impulse);
   precise float change_j = inverse_mass_j * impulse;
   if (inverse_mass_i != 0.0) SetVelocity(pair.x, AddScaled(velocity_i, change_i, n));
@@ -40,6 +45,9 @@ void SolveJointVelocity(uint k) {
   float inverse_mass_j = InverseMass(pair.y);
   precise float inverse_mass_sum = inverse_mass_i + inverse_mass_j;
   precise vec3 impulse = (velocity_i - velocity_j) / inverse_mass_sum;
+#ifdef HAS_IMPULSES
+  if (PullsOnHeld(inverse_mass_i, inverse_mass_j)) PullAtJoint(k, impulse);
+#endif
   if (inverse_mass_i != 0.0) SetVelocity(pair.x, AddScaled(velocity_i, -inverse_mass_i, impulse));
   if (inverse_mass_j != 0.0) SetVelocity(pair.y, AddScaled(velocity_j, inverse_mass_j, impulse));
 }

@@ -4,6 +4,7 @@
 
 #include "lib/roots.glsl"
 #include "stages/buffers.glsl"
+#include "stages/impulses.glsl"
 
 #ifdef SHARES_RECORD
 uint substep_kind;
@@ -30,6 +31,9 @@ void BeginSubstep(uint index) {
 #endif
   is_last_substep = index + 1u == cloth.step.substeps;
   pin_shares = substep.pin_end - index;
+#ifdef HAS_IMPULSES
+  BeginImpulses(index);
+#endif
 #ifdef HAS_SOLVE_HINGES
   finds_hinges = index % cloth.hinge_period == 0u;
   hinge_lead = 0.5 * float(min(cloth.hinge_period, cloth.step.substeps - index) - 1u) * cloth.step.h;

@@ -26,8 +26,15 @@ void TetherParticle(uint i) {
     precise vec3 position_difference = p - Position(pin);
     precise vec3 velocity_difference = u - Velocity(pin);
     vec3 d = AddScaled(position_difference, substep.interval, velocity_difference);
+#ifdef HAS_IMPULSES
+    vec3 before = u;
+#endif
     u = TetheredVelocity(u, position_difference, d, reach, substep.inverse_interval,
                          cloth.step.end_share);
+#ifdef HAS_IMPULSES
+    precise vec3 impulse = ModelFloat(cloth.model.masses + i) * (before - u);
+    if (impulse != vec3(0.0) && InverseMass(i) != 0.0) PullAtTether(t, impulse);
+#endif
   }
   if (InverseMass(i) != 0.0) SetVelocity(i, u);
 }

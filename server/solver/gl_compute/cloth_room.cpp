@@ -20,6 +20,9 @@ Status RoomMaker::TakeScratch(const PlannedCloth& cloth, GlScheme& scheme) {
     layout.size = LayOutSelfContacts(layout.size, cloth.model.particle_count(),
                                      scheme.contacts.capacity, scheme.contacts);
   }
+  if (scheme.impulses.is_made()) {
+    layout.size = LayOutImpulses(cloth, layout.size, scheme.impulses.record);
+  }
   Result<ScratchRange> scratch = device_.arrays->scratch.Allocate(layout.size);
   if (!scratch.ok()) return scratch.status();
   scheme.scratch = std::move(scratch).value();
@@ -88,27 +91,63 @@ Result<ClothRoom> RoomMaker::Make(const std::shared_ptr<const SceneModel>& model
   return room;
 }
 
+namespace {
+
+// The scheme of a cloth without its memory in Scratch and without impulses.
+GlScheme Likewise(const GlCloth& cloth) {
+  return {.plan = cloth.plan,
+          .kernels = cloth.kernels,
+          .part_count = cloth.part_count,
+          .costs = cloth.costs,
+          .contacts = cloth.contacts};
+}
+
+// The parameters of the scheme that a cloth has now.
+ClothParameters ParametersOf(const GlCloth& cloth) {
+  const bool is_calmer = cloth.gain_response == GainResponse::kNotWatched;
+  return is_calmer ? WithCalmerScheme(cloth.parameters) : cloth.parameters;
+}
+
+PlannedCloth PlannedAs(const GlCloth& cloth, const ClothParameters& parameters) {
+  return {*cloth.model->model, parameters,
+          cloth.has_own_lengths() ? LengthSource::kOwn : LengthSource::kModel, cloth.plan};
+}
+
+}  // namespace
+
+Status RoomMaker::MakeImpulses(GlCloth& cloth) {
+  const ClothParameters parameters = ParametersOf(cloth);
+  const PlannedCloth planned = PlannedAs(cloth, parameters);
+  KernelVariant variant = cloth.kernels->variant;
+  variant.traits.Add(Feature::kImpulses);
+  GlScheme larger = Likewise(cloth);
+  ImpulseRoom& room = larger.impulses;
+  DRAPE_ASSIGN_OR_RETURN(room.kernels, device_.kernels->ForVariant(variant));
+  DRAPE_ASSIGN_OR_RETURN(room.lists, pull_lists_.Acquire(cloth.model->model));
+  DRAPE_ASSIGN_OR_RETURN(room.words,
+                         device_.arrays->parameters.Allocate(CountImpulseWords(planned)));
+  DRAPE_RETURN_IF_ERROR(TakeScratch(planned, larger));
+  cloth.scheme() = std::move(larger);
+  return Status::Ok();
+}
+
 void RoomMaker::TakeMorePairs(GlCloth& cloth) {
   const uint32_t most = kMostPairsPerParticle * cloth.particle_count();
   const uint32_t wanted = std::exchange(cloth.pairs_wanted, 0);
   const uint32_t capacity = std::min(most, std::max(2 * cloth.contacts.capacity, wanted));
-  GlScheme larger{.plan = cloth.plan,
-                  .kernels = cloth.kernels,
-                  .part_count = cloth.part_count,
-                  .costs = cloth.costs,
-                  .contacts = cloth.contacts};
+  GlScheme larger = Likewise(cloth);
   larger.contacts.capacity = capacity;
-  const bool is_calmer = cloth.gain_response == GainResponse::kNotWatched;
-  const ClothParameters parameters =
-      is_calmer ? WithCalmerScheme(cloth.parameters) : cloth.parameters;
-  const PlannedCloth planned{*cloth.model->model, parameters,
-                             cloth.has_own_lengths() ? LengthSource::kOwn : LengthSource::kModel,
-                             cloth.plan};
+  larger.impulses = std::move(cloth.impulses);
+  const ImpulseRecord impulse_record = larger.impulses.record;
+  const ClothParameters parameters = ParametersOf(cloth);
+  const PlannedCloth planned = PlannedAs(cloth, parameters);
   if (capacity > cloth.contacts.capacity && TakeScratch(planned, larger).ok()) {
     cloth.pair_capacity = capacity;
     cloth.scheme() = std::move(larger);
     return;
   }
+  cloth.impulses = std::move(larger.impulses);
+  cloth.impulses.record = impulse_record;
   cloth.may_take_more_pairs = false;
   spdlog::warn("self_contacts_without_room particles={} pairs={} room={}", cloth.particle_count(),
                wanted, cloth.contacts.capacity);

@@ -14,6 +14,7 @@
 #include "server/solver/gl_compute/gl_cloth.h"
 #include "server/solver/gl_compute/gl_device.h"
 #include "server/solver/gl_compute/planned_cloth.h"
+#include "server/solver/gl_compute/pull_lists.h"
 #include "server/solver/self_contact/contact_surface.h"
 
 namespace drape {
@@ -34,7 +35,10 @@ class RoomMaker {
  public:
   // The device must outlive it.
   explicit RoomMaker(GlDevice* device)
-      : device_(*device), models_(&device_.arrays->models), maps_(&device_.arrays->models) {}
+      : device_(*device),
+        models_(&device_.arrays->models),
+        maps_(&device_.arrays->models),
+        pull_lists_(&device_.arrays->models) {}
 
   // `cloth_count`: of the backend, without this one.
   Result<ClothRoom> Make(const std::shared_ptr<const SceneModel>& model,
@@ -46,6 +50,9 @@ class RoomMaker {
   // More room for the pairs of a cloth whose step needed it. Where there is none, its particles
   // move alike in substeps with too many.
   void TakeMorePairs(GlCloth& cloth);
+  // Room for the impulses of a cloth that is asked for them, by its present scheme; kernels like
+  // its own. RESOURCE_EXHAUSTED, or what the device says of the kernels.
+  Status MakeImpulses(GlCloth& cloth);
 
  private:
   Status TakeScratch(const PlannedCloth& cloth, GlScheme& scheme);
@@ -54,6 +61,7 @@ class RoomMaker {
   GlDevice& device_;
   ModelStore models_;
   MapStore maps_;
+  PullListStore pull_lists_;
   ContactSurfaceCache surfaces_;
 };
 

@@ -88,6 +88,11 @@ void ClothWords::WriteSelfContacts(const GlCloth& cloth) {
   arena_.Write(cloth.contact_words, kSelfContactRecordWords, cloth.crossing_flags);
 }
 
+void ClothWords::WriteImpulses(const GlCloth& cloth) {
+  if (!cloth.impulses.is_made()) return;
+  arena_.Write(cloth.impulses.words, 0, PackImpulses(cloth));
+}
+
 void ClothWords::WriteLengths(const GlCloth& cloth, std::span<const uint32_t> starts) {
   arena_.Write(cloth.parameter_words, cloth.parameter_layout.length_starts, starts);
   arena_.Write(cloth.parameter_words, cloth.parameter_layout.length_targets, cloth.length_words);

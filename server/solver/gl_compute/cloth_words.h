@@ -28,6 +28,9 @@ class ClothWords {
   // The SelfContactRecord of a cloth that touches itself, and its crossing flags.
   void WriteSelfContacts(const GlCloth& cloth);
 
+  // Of a cloth with room for impulses.
+  void WriteImpulses(const GlCloth& cloth);
+
   // The own rest lengths before and at the end of the next step.
   void WriteLengths(const GlCloth& cloth, std::span<const uint32_t> starts);
   // A step begins with the lengths at which the last one ended; without targets it keeps them.

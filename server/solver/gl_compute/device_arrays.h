@@ -33,7 +33,7 @@ struct DeviceArrays {
   DeviceArena states;
   MirroredArena parameters;
   ScratchPool scratch;
-  gl::Buffer items;     // [] BatchItem: cloths to step, then cloths to measure
+  gl::Buffer items;     // [] BatchItem: cloths to step, those to measure, those that tell impulses
   gl::Buffer statuses;  // [] ClothStatus
   // Where the host reads them: a buffer that the host asks for may be moved off the device.
   gl::ReadbackBuffer read_statuses;

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <bit>
+#include <map>
 #include <optional>
 #include <unordered_map>
 #include <utility>
@@ -54,6 +55,7 @@ class GlBackend final : public DeviceBackend {
             .scalar = ScalarType::kFloat32,
             .is_hardware_gpu = !context.is_software(),
             .has_self_collision = true,
+            .has_impulses = true,
             .plan_of =
                 [](const SceneModel& model, bool touches_itself) {
                   return IsResident(model, touches_itself) ? "resident" : "tiled";
@@ -96,6 +98,10 @@ class GlBackend final : public DeviceBackend {
   // Of a cloth that touches itself and begins a step: what crosses.
   void FindCrossingParts(GlCloth& cloth);
   void MeasureSelfContacts(std::span<const StepItem> items, BatchReport& report);
+  // Whether there is room for the impulses of a cloth, which is made.
+  bool HasRoomForImpulses(ClothHandle handle);
+  // What the steps gave, while the schemes are those of the steps.
+  void ReadImpulses(std::span<const StepItem> items, BatchReport& report);
   // Steps those of the items again that must be.
   void StepAgain(std::span<const StepItem> items, BatchReport& report);
   // What a step that begins is told; not of a faulted cloth.
@@ -135,6 +141,7 @@ void GlBackend::Occupy(GlCloth& cloth, ClothRoom room, const ClothParameters& pa
   cloth.contact_words = std::move(room.contact_words);
   cloth.pair_capacity = room.pair_capacity;
   cloth.may_take_more_pairs = true;
+  cloth.tells_impulses = cloth.has_warned_of_room = false;
   cloth.crossing_flags.clear();
   cloth.parameters = parameters;
   cloth.max_iterations = parameters.settings.max_iterations;
@@ -153,6 +160,7 @@ void GlBackend::WriteRecord(uint32_t slot) {
   Words().WriteMotions(cloth, cloth.parameters.collider_motions);
   Words().WriteColliders(cloth);
   Words().WriteSelfContacts(cloth);
+  Words().WriteImpulses(cloth);
   const shader::ClothRecord record = MakeClothRecord(cloth);
   device_.arrays->cloths.Write(slot * sizeof(record), std::as_bytes(std::span(&record, 1)));
 }
@@ -259,6 +267,7 @@ void GlBackend::SetTargets(const StepItem& item, GlCloth& cloth) {
     cloth.max_iterations = max_iterations;
     WriteRecord(item.cloth.slot);
   }
+  cloth.tells_impulses = item.impulses && HasRoomForImpulses(item.cloth);
   FindCrossingParts(cloth);
 }
 
@@ -273,6 +282,8 @@ BatchReport GlBackend::StepAhead(std::span<const StepItem> items,
   BatchReport report = RunBatch(items, cloths_, *device_.arrays, device_.measure, device_.batch,
                                 device_.runs_ahead ? meanwhile : nullptr);
   StepAgain(items, report);
+  ReadImpulses(items, report);
+  for (const StepItem& item : items) UseUsualScheme(item.cloth);
   MeasureSelfContacts(items, report);
   for (const StepItem& item : items) Words().EndMotions(cloths_.Find(item.cloth));
   CheckForReset();
@@ -292,6 +303,7 @@ void GlBackend::UseCalmerScheme(ClothHandle handle) {
     std::swap(cloth.scheme(), *cloth.other_scheme);
     cloth.gain_response = GainResponse::kNotWatched;
     Words().WriteElastic(cloth);
+    if (cloth.tells_impulses) cloth.tells_impulses = HasRoomForImpulses(handle);
   } else {
     spdlog::warn("energy_gained_without_room_to_step_again particles={}", cloth.particle_count());
     cloth.gain_response = GainResponse::kWarn;
@@ -358,7 +370,46 @@ void GlBackend::StepAgain(std::span<const StepItem> items, BatchReport& report) 
     report.device_us += redone.device_us;
     report.readback_us += redone.readback_us;
   }
-  for (const StepItem& item : items) UseUsualScheme(item.cloth);
+}
+
+bool GlBackend::HasRoomForImpulses(ClothHandle handle) {
+  GlCloth& cloth = cloths_.Find(handle);
+  if (cloth.impulses.is_made()) return true;
+  const Status made = rooms_.MakeImpulses(cloth);
+  if (made.ok()) {
+    WriteRecord(handle.slot);
+  } else if (!std::exchange(cloth.has_warned_of_room, true)) {
+    spdlog::warn("impulses_without_room particles={} reason=\"{}\"", cloth.particle_count(),
+                 made.message());
+  }
+  return made.ok();
+}
+
+void GlBackend::ReadImpulses(std::span<const StepItem> items, BatchReport& report) {
+  std::map<uint32_t, std::vector<size_t>> telling;  // by their array of Scratch
+  for (size_t k = 0; k < items.size(); ++k) {
+    const GlCloth& cloth = cloths_.Find(items[k].cloth);
+    const bool has_them = cloth.tells_impulses && report.reports[k].fault == FaultReason::kNone;
+    if (has_them) telling[cloth.scratch.array()].push_back(k);
+  }
+  for (const auto& [array, places] : telling) {
+    std::vector<StateColumn> columns;
+    size_t count = 0;
+    for (const size_t k : places) {
+      const ResultWords words = ImpulseResultsOf(cloths_.Find(items[k].cloth));
+      columns.push_back({words.begin, words.count});
+      count += words.count;
+    }
+    std::vector<float> results(count);
+    device_.reader->Begin(device_.arrays->scratch.buffer(array), columns).Take({results});
+    size_t begin = 0;
+    for (size_t n = 0; n < places.size(); ++n) {
+      report.reports[places[n]].impulses = std::make_shared<StepImpulses>(
+          ImpulsesFrom(cloths_.Find(items[places[n]].cloth),
+                       std::span<const float>(results).subspan(begin, columns[n].count)));
+      begin += columns[n].count;
+    }
+  }
 }
 
 std::optional<BatchReport> GlBackend::StepPiece(std::span<const StepItem> items,
@@ -382,6 +433,7 @@ std::optional<BatchReport> GlBackend::StepPiece(std::span<const StepItem> items,
   }
   CheckForReset();
   if (!report) return std::nullopt;
+  ReadImpulses({&item, 1}, *report);
   UseUsualScheme(item.cloth);
   MeasureSelfContacts({&item, 1}, *report);
   Words().EndMotions(cloth);

@@ -164,6 +164,7 @@ shader::ClothRecord MakeClothRecord(const GlCloth& cloth) {
   record.collider_count = static_cast<uint32_t>(cloth.parameters.colliders.size());
   record.has_moving_colliders = HasMovingColliders(cloth.parameters) ? 1 : 0;
   record.has_own_lengths = cloth.has_own_lengths() ? 1 : 0;
+  if (cloth.impulses.is_made()) record.impulses = cloth.impulses.words.begin();
   if (cloth.kernels->variant.is_in_parts()) {
     // Each of them is below the budget, a 32-bit number.
     record.sweep_cost = static_cast<uint32_t>(cloth.costs.sweep);

@@ -10,6 +10,7 @@
 #include "server/solver/gl_compute/device_map.h"
 #include "server/solver/gl_compute/device_model.h"
 #include "server/solver/gl_compute/free_list.h"
+#include "server/solver/gl_compute/impulse_words.h"
 #include "server/solver/gl_compute/kernel_costs.h"
 #include "server/solver/gl_compute/kernels.h"
 #include "server/solver/gl_compute/layouts.h"
@@ -32,6 +33,8 @@ struct GlScheme {
   // Of a cloth that touches itself: counts, places of the model in Models, behind the layout in
   // scratch.
   shader::SelfContactRecord contacts{};
+  // Once a step by this scheme was asked for impulses, and there is room.
+  ImpulseRoom impulses{};
 };
 
 // What is done about a step that gains energy for no reason (solver/energy_watch.h).
@@ -76,7 +79,12 @@ struct GlCloth : GlScheme {
   std::vector<uint32_t> length_words{};
   bool are_lengths_moving = false;  // the last step changed them
 
+  bool tells_impulses = false;  // the step under way does
+  bool has_warned_of_room = false;  // that there is none for impulses
+
   GlScheme& scheme() { return *this; }
+  // Those of the step under way.
+  const StepKernels* step_kernels() const { return tells_impulses ? impulses.kernels : kernels; }
   bool touches_itself() const { return plan.Has(StepStage::kFindSelfContacts); }
   // The step under way is to be done again.
   bool must_be_redone() const { return must_step_again || pairs_wanted > 0; }

@@ -76,7 +76,12 @@ Status GlDevice::CompileGeneralKernels(int64_t max_bytes) {
   if (!total.ok()) return total.status();
   const Result<const gl::Program*> strains = kernels->General("measure_strains", kStrainsLocalSize);
   if (!strains.ok()) return strains.status();
-  measure = {start.value(), pieces.value(), total.value(), strains.value()};
+  const Result<const gl::Program*> begin = kernels->General("impulses_begin", local_size);
+  if (!begin.ok()) return begin.status();
+  const Result<const gl::Program*> impulses = kernels->General("impulses_total", local_size);
+  if (!impulses.ok()) return impulses.status();
+  measure = {start.value(),   pieces.value(), total.value(),
+             strains.value(), begin.value(),  impulses.value()};
   const Result<const gl::Program*> pack = kernels->General("pack", local_size);
   if (!pack.ok()) return pack.status();
   Result<StateReader> state_reader = StateReader::Create(pack.value(), max_bytes, batch.limits);

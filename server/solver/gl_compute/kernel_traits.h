@@ -35,10 +35,11 @@ enum class Feature : uint8_t {
   kGrips,        // particles that are held for a while
   kEnergyWatch,  // a step that gains energy for no reason is found
   kRemainders,   // what rounding takes from positions is carried on
+  kImpulses,     // of a step that tells them; no bit of a state depends on it
 };
 
 // [Feature], in the order above.
-inline constexpr std::array<std::string_view, 20> kFeatureNames = {
+inline constexpr std::array<std::string_view, 21> kFeatureNames = {
     "spring_forces",
     "compliance",
     "inequalities",
@@ -59,8 +60,9 @@ inline constexpr std::array<std::string_view, 20> kFeatureNames = {
     "grips",
     "energy_watch",
     "remainders",
+    "impulses",
 };
-static_assert(static_cast<size_t>(Feature::kRemainders) + 1 == kFeatureNames.size());
+static_assert(static_cast<size_t>(Feature::kImpulses) + 1 == kFeatureNames.size());
 
 // Spheres and planes are cheap: kernels do not ask whether there are any.
 constexpr bool IsInEveryKernel(ShapeKind shape) {

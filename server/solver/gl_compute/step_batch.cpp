@@ -26,6 +26,7 @@ struct BatchPlan {
   std::vector<shader::BatchItem> items;
   std::vector<VariantGroup> groups;
   std::vector<ItemGroup> measured;
+  std::vector<ItemGroup> telling;  // impulses
 };
 
 // The items of these cloths of the batch; they have scratch memory in one array.
@@ -46,36 +47,61 @@ BatchPlan PlanBatch(std::span<const StepItem> items, GlClothTable& cloths,
                     const ScratchPool& scratch) {
   std::map<std::pair<KernelVariant, uint32_t>, std::vector<uint32_t>> by_variant;
   std::map<uint32_t, std::vector<uint32_t>> measured;
+  std::map<uint32_t, std::vector<uint32_t>> telling;
   for (uint32_t index = 0; index < items.size(); ++index) {
     const GlCloth& cloth = cloths.Find(items[index].cloth);
     const uint32_t array = cloth.scratch.array();
     if (items[index].measure) measured[array].push_back(index);
     if (cloth.fault != FaultReason::kNone) continue;
-    by_variant[{cloth.kernels->variant, array}].push_back(index);
+    if (cloth.tells_impulses) telling[array].push_back(index);
+    by_variant[{cloth.step_kernels()->variant, array}].push_back(index);
   }
   BatchPlan plan;
   for (const auto& [variant, indices] : by_variant) {
     VariantGroup group{AddGroup(items, indices, cloths, scratch, plan)};
-    group.kernels = group.cloths.front()->kernels;
+    group.kernels = group.cloths.front()->step_kernels();
     plan.groups.push_back(std::move(group));
   }
   for (const auto& [array, indices] : measured) {
     plan.measured.push_back(AddGroup(items, indices, cloths, scratch, plan));
   }
+  for (const auto& [array, indices] : telling) {
+    plan.telling.push_back(AddGroup(items, indices, cloths, scratch, plan));
+  }
   return plan;
+}
+
+// Before the step of the items; the dispatches.
+uint32_t BeginReports(const BatchPlan& plan, const MeasureKernels& measure,
+                      const DispatchLimits& limits) {
+  uint32_t dispatch_count = 0;
+  for (const ItemGroup& group : plan.measured) dispatch_count += KeepStart(measure, group, limits);
+  for (const ItemGroup& group : plan.telling) {
+    dispatch_count += BeginImpulses(measure, group, limits);
+  }
+  return dispatch_count;
+}
+
+// After it.
+uint32_t EndReports(const BatchPlan& plan, const MeasureKernels& measure,
+                    const DispatchLimits& limits) {
+  uint32_t dispatch_count = 0;
+  for (const ItemGroup& group : plan.measured) dispatch_count += Measure(measure, group, limits);
+  for (const ItemGroup& group : plan.telling) {
+    dispatch_count += TotalImpulses(measure, group, limits);
+  }
+  return dispatch_count;
 }
 
 uint32_t Dispatch(const BatchPlan& plan, DeviceArrays& arrays, const MeasureKernels& measure,
                   const DispatchLimits& limits) {
   arrays.BindForStep();
-  uint32_t dispatch_count = 0;
-  for (const ItemGroup& group : plan.measured) dispatch_count += KeepStart(measure, group, limits);
+  uint32_t dispatch_count = BeginReports(plan, measure, limits);
   for (const VariantGroup& group : plan.groups) {
     if (group.is_tiled()) dispatch_count += StepTiled(group, limits, arrays.dispatches);
   }
   dispatch_count += StepResident(plan.groups, limits);
-  for (const ItemGroup& group : plan.measured) dispatch_count += Measure(measure, group, limits);
-  return dispatch_count;
+  return dispatch_count + EndReports(plan, measure, limits);
 }
 
 FaultReason FaultOf(const shader::ClothStatus& status) {
@@ -200,20 +226,14 @@ std::optional<BatchReport> RunPiece(const StepItem& item, GlClothTable& cloths,
   if (step.status.has_value()) {
     arrays.statuses.Upload(0, std::as_bytes(std::span(&*step.status, 1)));
   } else {
-    for (const ItemGroup& measured : plan.measured) {
-      batch.dispatch_count += KeepStart(measure, measured, device.limits);
-    }
+    batch.dispatch_count += BeginReports(plan, measure, device.limits);
   }
   const VariantGroup& group = plan.groups[0];
   const bool is_complete =
       group.kernels->variant.is_tiled()
           ? ContinueTiled(group, arrays.dispatches, step.tiled, pause, batch.dispatch_count)
           : ContinueResident(group, device.limits, step.part, pause, batch.dispatch_count);
-  if (is_complete) {
-    for (const ItemGroup& measured : plan.measured) {
-      batch.dispatch_count += Measure(measure, measured, device.limits);
-    }
-  }
+  if (is_complete) batch.dispatch_count += EndReports(plan, measure, device.limits);
   shader::ClothStatus& status = step.status.emplace();
   arrays.statuses.Download(0, std::as_writable_bytes(std::span(&status, 1)));
   batch.device_us = NowUs() - start_us;

@@ -127,4 +127,22 @@ uint32_t Measure(const MeasureKernels& kernels, const ItemGroup& group,
   return dispatch_count + DispatchPerItem(*kernels.strains, group.first_item, group.size(), limits);
 }
 
+uint32_t BeginImpulses(const MeasureKernels& kernels, const ItemGroup& group,
+                       const DispatchLimits& limits) {
+  group.BindScratch();
+  uint32_t most_groups = 1;
+  for (const GlCloth* cloth : group.cloths) {
+    most_groups = std::max(most_groups, CountClearingGroups(*cloth));
+  }
+  return DispatchPerPiece(*kernels.impulses_begin, group.first_item, group.size(), most_groups,
+                          limits);
+}
+
+uint32_t TotalImpulses(const MeasureKernels& kernels, const ItemGroup& group,
+                       const DispatchLimits& limits) {
+  group.BindScratch();
+  return DispatchPerPiece(*kernels.impulses_total, group.first_item, group.size(),
+                          LargestPieceCount(group.cloths), limits);
+}
+
 }  // namespace drape

@@ -45,12 +45,14 @@ void DeviceBarrier();
 uint32_t DispatchPerItem(const gl::Program& kernel, uint32_t first_item, uint32_t item_count,
                          const DispatchLimits& limits);
 
-// The kernels that measure cloths of all variants.
+// The kernels that measure cloths of all variants, and those that add up their impulses.
 struct MeasureKernels {
   const gl::Program* start = nullptr;
   const gl::Program* pieces = nullptr;
   const gl::Program* total = nullptr;
   const gl::Program* strains = nullptr;
+  const gl::Program* impulses_begin = nullptr;
+  const gl::Program* impulses_total = nullptr;
 };
 
 // The whole step of the groups of the resident plan; others are left out. The groups run at the
@@ -70,5 +72,11 @@ uint32_t KeepStart(const MeasureKernels& kernels, const ItemGroup& group,
 // than one piece.
 uint32_t Measure(const MeasureKernels& kernels, const ItemGroup& group,
                  const DispatchLimits& limits);
+// Before and after the step of items that tell impulses: clears their sums; adds them up. Each
+// returns the dispatches: one.
+uint32_t BeginImpulses(const MeasureKernels& kernels, const ItemGroup& group,
+                       const DispatchLimits& limits);
+uint32_t TotalImpulses(const MeasureKernels& kernels, const ItemGroup& group,
+                       const DispatchLimits& limits);
 
 }  // namespace drape
