@@ -47,7 +47,7 @@ grpc::ServerUnaryReactor* SimulationService::GetServerInfo(Context* context,
   response->set_incarnation(context_.incarnation);
   response->set_backend(backend.name);
   response->set_device(backend.device);
-  response->set_has_impulses(backend.has_impulses);
+  response->set_has_impulses(true);
   response->set_precision(backend.scalar == ScalarType::kFloat64 ? "float64" : "float32");
   FillLimits(context_, response->mutable_limits());
   response->mutable_limits()->set_max_particle_substeps_per_s(

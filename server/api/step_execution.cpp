@@ -100,27 +100,6 @@ Result<std::vector<ChunkCloth>> CheckStates(const ServiceContext& context, const
   return chunk_cloths;
 }
 
-// Impulses that the backend cannot tell are refused, not answered by zeros.
-Status CheckImpulses(bool are_asked, const BackendDescription& backend) {
-  if (!are_asked || backend.has_impulses) return Status::Ok();
-  return Status::InvalidField("impulses", "must be unset: the backend " + backend.name +
-                                              " of this server cannot tell impulses; servers with "
-                                              "--backend=cpu or --backend=reference can");
-}
-
-// So are forces at which grips are to open.
-Status CheckGripForces(const std::vector<ControlRow<GripControl>>& grips,
-                       const BackendDescription& backend) {
-  const bool is_any_limited = std::ranges::any_of(grips, [](const auto& row) {
-    return row.control.largest_force_n < std::numeric_limits<double>::infinity();
-  });
-  if (!is_any_limited || backend.has_impulses) return Status::Ok();
-  return Status::InvalidField("grip_controls.largest_forces_n",
-                              "must be empty or 0: the backend " + backend.name +
-                                  " of this server cannot tell how hard a grip is pulled; servers "
-                                  "with --backend=cpu or --backend=reference can");
-}
-
 // About what an answer takes [bytes], known before it is made.
 uint64_t AnswerBytes(const CheckedStep& checked, const StepCall& call, ScalarType scalar) {
   constexpr uint64_t kPerCloth = 64;
@@ -160,8 +139,6 @@ Status Start(const ServiceContext& context, const Caller& caller, const v1::Step
              const CancelToken& cancel, const Hold& hold, const std::shared_ptr<StepCall>& call) {
   DRAPE_ASSIGN_OR_RETURN(const CheckedStep checked,
                          CheckStep(request, context.scheduler.limits().max_steps_per_request));
-  DRAPE_RETURN_IF_ERROR(CheckImpulses(checked.impulses, context.scheduler.description()));
-  DRAPE_RETURN_IF_ERROR(CheckGripForces(checked.controls.grips, context.scheduler.description()));
   DRAPE_ASSIGN_OR_RETURN(call->session, context.FindSession(caller, request.session()));
   DRAPE_ASSIGN_OR_RETURN(
       std::optional<StepAnswer> known,

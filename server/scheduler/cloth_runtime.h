@@ -153,9 +153,17 @@ class ClothRuntime {
   FrameBudget& budget() { return budget_; }
   SleepWatch& sleep() { return sleep_; }
   const SleepWatch& sleep() const { return sleep_; }
-  // What the next step gives to pins and grips decides how the cloth goes on.
-  bool wants_impulses() const {
-    return sleep_.decides_next() || controls_.grips().has_largest_forces();
+  // What the next step gives to pins and grips decides how the cloth goes on, or is what will be
+  // told of it while it sleeps. `are_cheap`: also if nobody has ever asked for them.
+  bool WantsImpulses(bool are_cheap) const {
+    return controls_.grips().has_largest_forces() ||
+           (sleep_.decides_next() && (are_cheap || was_asked_for_impulses_));
+  }
+  // The next step is asked for impulses. Whether it must be computed for that: the cloth sleeps,
+  // and fell asleep when nobody had asked.
+  bool MustWakeForImpulses() {
+    was_asked_for_impulses_ = true;
+    return sleep_.is_asleep() && !is_faulted() && sleep_.report().impulses == nullptr;
   }
   // The next step is not computed: it is asleep and nothing wakes it, or faulted.
   bool is_idle() const { return is_faulted() || (sleep_.is_asleep() && controls_.are_at_rest()); }
@@ -241,6 +249,7 @@ class ClothRuntime {
   CostEstimate cost_;
   bool is_in_pieces_ = false;
   bool is_held_ = false;
+  bool was_asked_for_impulses_ = false;
   SleepWatch sleep_;
   std::deque<ActiveRequest*> turns_;
   std::shared_ptr<ClothWorld> world_;

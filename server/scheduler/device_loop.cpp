@@ -58,7 +58,7 @@ void SessionIndex::Leave(const std::string& session) {
 DeviceLoop::DeviceLoop(Backend& backend, const Settings& settings, const Clock& clock,
                        EndedCallback ended, RoundCounters& counters, RateQuota& rates)
     : backend_(backend),
-      has_impulses_(backend.Describe().has_impulses),
+      has_cheap_impulses_(backend.Describe().has_cheap_impulses),
       settings_(settings),
       clock_(clock),
       ended_(std::move(ended)),
@@ -223,6 +223,7 @@ void DeviceLoop::AddItems(const ActiveRequest& request, std::span<const uint32_t
   bool must_wake = world != nullptr && !world->AreWatchesAlike();
   for (size_t n = 0; n < unit.size(); ++n) {
     ClothRuntime& cloth = *request.work().cloths[unit[n]];
+    must_wake |= request.AsksImpulses(unit[n]) && cloth.MustWakeForImpulses();
     StepItem& item = items.emplace_back();
     item.cloth = cloth.handle();
     item.max_iterations = cloth.budget().Cap();
@@ -236,7 +237,7 @@ void DeviceLoop::AddItems(const ActiveRequest& request, std::span<const uint32_t
     if (must_wake && !cloth.is_faulted()) cloth.sleep().Wake();
     StepItem& item = items[first + n];
     item.measure = request.IsMeasured(unit[n]) || cloth.sleep().decides_next();
-    item.impulses = request.AsksImpulses(unit[n]) || (has_impulses_ && cloth.wants_impulses());
+    item.impulses = request.AsksImpulses(unit[n]) || cloth.WantsImpulses(has_cheap_impulses_);
   }
   if (request.work().cloths[unit[0]]->sleep().is_asleep()) items.resize(first);
 }

@@ -156,7 +156,7 @@ class DeviceLoop {
   void TakeView(View& view, std::vector<Answer>& answers);
 
   Backend& backend_;
-  const bool has_impulses_;  // BackendDescription::has_impulses
+  const bool has_cheap_impulses_;  // BackendDescription::has_cheap_impulses
   const Settings settings_;
   const Clock& clock_;
   const EndedCallback ended_;

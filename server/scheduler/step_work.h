@@ -163,7 +163,7 @@ struct StepWork {
   std::vector<std::optional<RestartPoint>> restarts;
   bool report = false;       // measure in the last step of each cloth
   bool grip_states = false;  // ClothOutcome::grips
-  bool impulses = false;     // ClothOutcome::impulses; only if BackendDescription::has_impulses
+  bool impulses = false;     // ClothOutcome::impulses
   StateFields view;          // states after the last step
   CancelToken cancel;        // takes effect after the current round
   // When the client stops waiting, by the clock of the scheduler; it must have started by then.

@@ -1,4 +1,4 @@
-// Impulses of every backend that tells them against the reference, one by one: their sum is the
+// Impulses of every backend against the reference, one by one: their sum is the
 // business of tests/physics/impulses_test.cpp.
 #include <gtest/gtest.h>
 
@@ -33,14 +33,6 @@ std::vector<Vector3d> VectorsOf(const StepImpulses& impulses) {
   return vectors;
 }
 
-std::vector<std::string> FloatBackendsWithImpulses() {
-  std::vector<std::string> names;
-  for (const std::string& name : FloatBackendNames()) {
-    if (SharedBackend(name).Describe().has_impulses) names.push_back(name);
-  }
-  return names;
-}
-
 class ImpulseParityTest : public testing::TestWithParam<std::string> {
  protected:
   // Few substeps, so that rounding has not grown: an impulse is off by some roundings of the
@@ -70,7 +62,7 @@ class ImpulseParityTest : public testing::TestWithParam<std::string> {
   }
 };
 INSTANTIATE_TEST_SUITE_P(Backends, ImpulseParityTest,
-                         testing::ValuesIn(FloatBackendsWithImpulses()),
+                         testing::ValuesIn(FloatBackendNames()),
                          NameOfCase<testing::TestParamInfo<std::string>>);
 
 // Moves the pins so that they jerk.

@@ -16,14 +16,6 @@ namespace {
 using Eigen::Vector3d;
 constexpr double kG = 9.81;
 
-std::vector<std::string> BackendsWithImpulses() {
-  std::vector<std::string> names;
-  for (const std::string& name : BackendNames()) {
-    if (SharedBackend(name).Describe().has_impulses) names.push_back(name);
-  }
-  return names;
-}
-
 class Impulses : public PhysicsTest {
  protected:
   StepReport Step(ClothHandle cloth, const Scene& scene) {
@@ -37,7 +29,7 @@ class Impulses : public PhysicsTest {
     return report;
   }
 };
-INSTANTIATE_TEST_SUITE_P(Backends, Impulses, testing::ValuesIn(BackendsWithImpulses()),
+INSTANTIATE_TEST_SUITE_P(Backends, Impulses, testing::ValuesIn(BackendNames()),
                          NameOfCase<testing::TestParamInfo<std::string>>);
 
 double MassOf(const SceneModel& model) {
@@ -116,7 +108,7 @@ class Balance : public Impulses {
  private:
   double largest_share_ = 0;
 };
-INSTANTIATE_TEST_SUITE_P(Backends, Balance, testing::ValuesIn(BackendsWithImpulses()),
+INSTANTIATE_TEST_SUITE_P(Backends, Balance, testing::ValuesIn(BackendNames()),
                          NameOfCase<testing::TestParamInfo<std::string>>);
 
 // Where the pins go: a little way in every step, the same each time, so that they jerk once.

@@ -69,7 +69,7 @@ class CpuBackend final : public Backend {
             .scalar = ScalarType::kFloat32,
             .has_self_collision = true,
             .has_worlds = true,
-            .has_impulses = true,
+            .has_cheap_impulses = true,
             .has_bodies = true,
             .has_surface_contacts = true,
             .plan_of = [plan = lane_count_ > 1 ? "lanes" : "single"](const SceneModel&, bool) {

@@ -31,7 +31,7 @@ class ReferenceBackend final : public Backend {
             .is_hardware_gpu = false,
             .has_self_collision = true,
             .has_worlds = true,
-            .has_impulses = true,
+            .has_cheap_impulses = true,
             .has_bodies = true,
             .has_surface_contacts = true,
             .plan_of = [](const SceneModel&, bool) { return "scalar"; }};

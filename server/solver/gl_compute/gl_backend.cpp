@@ -55,7 +55,6 @@ class GlBackend final : public DeviceBackend {
             .scalar = ScalarType::kFloat32,
             .is_hardware_gpu = !context.is_software(),
             .has_self_collision = true,
-            .has_impulses = true,
             .plan_of =
                 [](const SceneModel& model, bool touches_itself) {
                   return IsResident(model, touches_itself) ? "resident" : "tiled";

@@ -85,7 +85,7 @@ class ClothsBase(Controls):
         VELOCITIES, POSITIONS_AND_VELOCITIES, None, or a StateView with `particles`, an `encoding` or `reductions`, e.g.
         StateView(reductions=[StateView.TARGET_DISTANCE], target_m=drape.pack(target)). report: measure each cloth after
         the last step. grips: tell what the grips hold (`Answer.grips`). impulses: tell what the cloths gave to their
-        colliders, pins and grips in the last step (`Answer.impulses`); refused by the backend gl.
+        colliders, pins and grips in the last step (`Answer.impulses`).
         request_id: a repetition of a completed step with the same id gets the same answer and no step.
         Raises InvalidArgument, FailedPrecondition, SessionLost, ResourceExhausted, DeadlineExceeded.
         """

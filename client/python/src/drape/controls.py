@@ -98,7 +98,7 @@ class Controls:
         holds; the grip stays open if there is none (`Answer.grips` tells). at [m]: [m, k, 3], where the grip of
         `particles` is; None: at the particle. What is grabbed keeps its offset from the grip. largest_force_n [N], a
         number or [m, k]: the grip opens at the end of a step over which the cloth pulls it harder on average; costs as
-        much as `step(impulses=True)`, and is refused by the backend gl.
+        much as `step(impulses=True)`.
         """
         if (particles is None) == (nearest_to is None) or (nearest_to is None) != (radius_m is None):
             raise errors.bad_field("grip", "give particles, or nearest_to and radius_m")
