@@ -13,7 +13,6 @@ void main() {
   for (uint word = begin + gl_LocalInvocationID.x; word < end; word += LOCAL_SIZE) scratch_words[word] = 0u;
   if (gl_WorkGroupID.x != 0u) return;
   for (uint k = gl_LocalInvocationID.x; k < cloth.pin_count; k += LOCAL_SIZE) {
-    uint i = HeldParticle(k);
-    if (i != DRAPE_NO_PARTICLE) SetScratchVector(HeldWord(k), StateVector(cloth.velocities + 3u * i));
+    SetScratchVector(HeldWord(k), HeldVelocity(HeldParticle(k)));
   }
 }

@@ -15,7 +15,9 @@ void EndPhase() {
 }
 
 struct VectorSum {
-  vec2 x, y, z;
+  vec2 x;
+  vec2 y;
+  vec2 z;
 };
 VectorSum NoSum() { return VectorSum(vec2(0.0), vec2(0.0), vec2(0.0)); }
 void AddVector(inout VectorSum sum, vec3 vector) {
@@ -87,11 +89,11 @@ void AddUpHeld(uint piece, uint k) {
 
 void TellHeld(uint k) {
   uint i = HeldParticle(k);
-  if (i == DRAPE_NO_PARTICLE) return;
-  SetScratchVector(HeldWord(k) + 3u, StateVector(cloth.velocities + 3u * i));
+  bool has_exact = ImpulseWord(DRAPE_IMPULSE_HAS_EXACT) != 0u && i != DRAPE_NO_PARTICLE;
+  SetScratchVector(HeldWord(k) + 3u, HeldVelocity(i));
   for (uint n = 0u; n < DRAPE_EXACT_WORDS; ++n) {
     uint word = 0u;
-    if (ImpulseWord(DRAPE_IMPULSE_HAS_EXACT) != 0u) {
+    if (has_exact) {
       word = scratch_words[ImpulseWord(DRAPE_IMPULSE_EXACT_PULLS) + DRAPE_EXACT_WORDS * i + n];
     }
     scratch_words[HeldWord(k) + 6u + n] = word;

@@ -9,6 +9,14 @@
 
 const float kUnit = 4294967296.0;
 
+// Of the number of three words, the lowest first.
+uvec3 Negated(uvec3 words) {
+  uint low = ~words.x + 1u;
+  uint middle = ~words.y + (low == 0u ? 1u : 0u);
+  uint high = ~words.z + (low == 0u && middle == 0u ? 1u : 0u);
+  return uvec3(low, middle, high);
+}
+
 // Adds the number to the one of three words, the lowest first; negative ones wrap. Sums stay below 2^31.
 void AddExactly(uint word, float value) {
   float size = abs(value);
@@ -18,12 +26,7 @@ void AddExactly(uint word, float value) {
   float middle_whole = floor(middle);
   precise float low = (middle - middle_whole) * kUnit;
   uvec3 words = uvec3(uint(floor(low)), uint(middle_whole), uint(whole));
-  if (value < 0.0) {
-    words = ~words;
-    words.x += 1u;
-    if (words.x == 0u) words.y += 1u;
-    if (words.x == 0u && words.y == 0u) words.z += 1u;
-  }
+  if (value < 0.0) words = Negated(words);
   uint before = atomicAdd(scratch_words[word], words.x);
   uint carry = before + words.x < before ? 1u : 0u;
   uint with_carry = words.y + carry;
@@ -43,12 +46,7 @@ void AddExactly(uint word, vec3 vector) {
 float ExactNumber(uint word) {
   uvec3 words = uvec3(scratch_words[word], scratch_words[word + 1u], scratch_words[word + 2u]);
   bool is_negative = words.z >= 0x80000000u;
-  if (is_negative) {
-    words = ~words;
-    words.x += 1u;
-    if (words.x == 0u) words.y += 1u;
-    if (words.x == 0u && words.y == 0u) words.z += 1u;
-  }
+  if (is_negative) words = Negated(words);
   precise float size = float(words.z) + (float(words.y) + float(words.x) / kUnit) / kUnit;
   return is_negative ? -size : size;
 }

@@ -1,5 +1,6 @@
 #include "tests/emulator/cloths.h"
 
+#include <set>
 #include <utility>
 
 #include "tests/emulator/compiled_kernel.h"
@@ -101,6 +102,20 @@ Scene OwnLengths(Scene scene) {
   return scene;
 }
 
+EmulatedCloth Telling(EmulatedCloth cloth) {
+  cloth.scene.name += "_impulses";
+  cloth.tells_impulses = true;
+  return cloth;
+}
+
+// Those of these names, asked for impulses, too.
+void AddTelling(const std::set<std::string>& names, std::vector<EmulatedCloth>& cloths) {
+  const size_t count = cloths.size();
+  for (size_t k = 0; k < count; ++k) {
+    if (names.contains(cloths[k].scene.name)) cloths.push_back(Telling(cloths[k]));
+  }
+}
+
 }  // namespace
 
 std::vector<EmulatedCloth> ResidentCloths() {
@@ -132,6 +147,18 @@ std::vector<EmulatedCloth> ResidentCloths() {
   add(InColours(Named("net", test::Net(6, 0.1, 1e-5))));
   add(ByOneStep(Named("joints", test::JointedChain(12, 0.1, 1e-4))));
   add(OwnLengths(InColours(Named("own_lengths", test::RopesAndStruts(6, 0.1, 0)))));
+  AddTelling({"reduction_by_shuffles", "in_parts", "moving_shapes", "gripped", "bending_shear_wind",
+              "mesh", "springs", "joints", "own_lengths"},
+             cloths);
+  // By lines and by hinges, which pins meet in several of them.
+  const std::vector<uint32_t> pins = {0, 1, kSize.columns, 2 * kSize.columns};
+  cloths.push_back(Telling(
+      {.scene = Named("lines", test::Grid(kSize.columns, kSize.rows, 0.5, 0.4, pins,
+                                          {.bending_rigidity_n_m = 20,
+                                           .shear_modulus_n_per_m = 2e5}))}));
+  cloths.push_back(Telling(
+      {.scene = Named("hinges", test::MeshedGrid(kSize.columns, kSize.rows, 1, 1, pins,
+                                                 {.bending_rigidity_n_m = 1}))}));
   return cloths;
 }
 
@@ -161,6 +188,7 @@ std::vector<EmulatedCloth> TouchingCloths() {
       ByOneStep(Crumpled("touches_itself_by_one_step", test::MeshedGrid(7, 5, 0.5, 0.3, {2}), 5)));
   cloths.push_back({.scene = std::move(scene)});
   for (EmulatedCloth& cloth : cloths) cloth.scene.parameters.settings.substeps = 2;
+  AddTelling({"touches_itself_beside_pins", "touches_itself_by_one_step"}, cloths);
   return cloths;
 }
 
@@ -180,6 +208,7 @@ std::vector<EmulatedCloth> TiledCloths() {
     scene.parameters.settings.substeps = 2;
     cloths.push_back({.scene = std::move(scene)});
   }
+  AddTelling({"tiled_sheet", "moving_shapes", "tiled_bending_shear_wind", "tiled_joints"}, cloths);
   return cloths;
 }
 
@@ -188,7 +217,15 @@ std::vector<CapturedDispatch> DispatchesOf(const EmulatedCloth& cloth) {
   const std::unique_ptr<Backend> backend = MakeGlBackend(cloth.tuning);
   const ClothHandle handle = test::CreateCloth(*backend, cloth.scene);
   capture.Keep(true);
-  test::StepAlone(*backend, handle, cloth.scene, cloth.steps, true);
+  for (uint32_t step = 1; step <= cloth.steps; ++step) {
+    const StepItem item{.cloth = handle,
+                        .pin_targets_m = cloth.scene.pin_targets_m,
+                        .measure = step == cloth.steps,
+                        .rest_lengths_m = cloth.scene.rest_length_targets_m,
+                        .grips = cloth.scene.grips,
+                        .impulses = cloth.tells_impulses};
+    backend->Step({&item, 1});
+  }
   ReadCloth(*backend, handle);
   capture.Keep(false);
   std::vector<CapturedDispatch> dispatches = capture.Take();

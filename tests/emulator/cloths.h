@@ -16,6 +16,7 @@ struct EmulatedCloth {
   uint32_t steps = 1;
   // For hardware: the kernels with this define too, which the software renderer does not know.
   std::string define{};
+  bool tells_impulses = false;
 };
 
 std::vector<EmulatedCloth> ResidentCloths();

@@ -48,7 +48,8 @@ std::vector<EmulatedCloth> ShortCloths() {
   std::vector<EmulatedCloth> cloths;
   for (EmulatedCloth& cloth : ResidentCloths()) {
     const std::string& name = cloth.scene.name;
-    if (name == "from_both_ends" || name == "reduction_by_shuffles" || name == "moving_shapes") {
+    if (name == "from_both_ends" || name == "reduction_by_shuffles" || name == "moving_shapes" ||
+        name == "gripped_impulses") {
       cloths.push_back(std::move(cloth));
     }
   }

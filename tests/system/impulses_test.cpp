@@ -139,7 +139,8 @@ TEST_P(ImpulseCalls, ASheetAsleepStillWeighs) {
     double sum = 0;
     for (int pin = 0; pin < 5; ++pin) sum += answer.pin_impulses().impulses_n_s(3 * pin + 1);
     EXPECT_NEAR(sum, -0.2 * kG / 60, 0.05 * 0.2 * kG / 60);
-    if (is_asked) EXPECT_TRUE(Step(*stub_, request).reports(0).asleep()) << "nobody woke it";
+    if (!is_asked) continue;
+    EXPECT_TRUE(Step(*stub_, request).reports(0).asleep()) << "nobody woke it";
   }
 }
 
