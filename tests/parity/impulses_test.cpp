@@ -61,6 +61,10 @@ class ImpulseParityTest : public testing::TestWithParam<std::string> {
     EXPECT_LT(bound, 0.1 * size) << "a bound that says nothing";
   }
 };
+class StripImpulseParityTest : public ImpulseParityTest {};
+INSTANTIATE_TEST_SUITE_P(Backends, StripImpulseParityTest,
+                         testing::ValuesIn(StripBackendNames()),
+                         NameOfCase<testing::TestParamInfo<std::string>>);
 INSTANTIATE_TEST_SUITE_P(Backends, ImpulseParityTest,
                          testing::ValuesIn(FloatBackendNames()),
                          NameOfCase<testing::TestParamInfo<std::string>>);
@@ -98,6 +102,38 @@ TEST_P(ImpulseParityTest, OfEverythingThatPulls) {
       ExpectParity(Jerked(scene));
     }
   }
+}
+
+// By every way to solve strips, in both plans of gl.
+TEST_P(StripImpulseParityTest, OfStripsThatMeetPinsAndGrips) {
+  for (Scene scene : {Grid(11, 9, 0.5, 0.4, {0, 4, 10, 60}), Grid(34, 32, 1.7, 1.6, {0, 33, 500})}) {
+    Stir(scene, 0.5);
+    GripParticles(scene, {7, 40}, {0.01, -0.02, 0});
+    ExpectParity(Jerked(scene));
+  }
+}
+
+// Those that are too large for the resident plan of gl.
+TEST_P(ImpulseParityTest, OfLargeCloths) {
+  std::vector<Scene> scenes = {
+      FallingOnSphere(34),
+      Grid(34, 32, 1.7, 1.6, {0, 1, 33, 40, 500},
+           {.bending_rigidity_n_m = 20, .shear_modulus_n_per_m = 2e5}),
+      MeshedGrid(33, 33, 1, 1, {0, 1, 40}, {.bending_rigidity_n_m = 1e-3}),
+      CompliantSheet(33, 1e-4),
+      RopesAndStruts(33, 0.1, 1e-4),
+      JointedChain(520, 0.1, 1e-3)};
+  for (Vector3d& v : scenes[0].state.velocities_m_per_s) v.y() = -4;
+  GripParticles(scenes[0], {0, 77, 1143}, {0, -0.02, 0});
+  scenes[3].parameters.settings.velocity_iterations = 2;
+  scenes[3].parameters.settings.integration = Integration::kOneStep;
+  for (size_t k = 1; k < scenes.size(); ++k) {
+    scenes[k].parameters.air_drag = 1.2;
+    scenes[k].parameters.settings.twist_damping_per_s = 150;
+    Stir(scenes[k], 0.5);
+    scenes[k] = Jerked(scenes[k]);
+  }
+  for (const Scene& scene : scenes) ExpectParity(scene);
 }
 
 TEST_P(ImpulseParityTest, OfCollidersAndGrips) {

@@ -73,6 +73,9 @@ double LargestSpeed(const ParticleState& state) {
 // The property that everything else follows from.
 class Balance : public Impulses {
  protected:
+  // On gl each kind of cloth has kernels of its own, which take seconds to compile: half as many.
+  bool HasFewer() const { return backend_name() == "gl"; }
+
   // weight = change of momentum + impulses given, to rounding, in each of `steps` steps. Roundings:
   // a substep changes a velocity in `changes` places (links and elements of a particle in every
   // sweep, and a dozen stages), each of which rounds a factor, a product, a sum; each rounds at
@@ -122,6 +125,7 @@ TEST_P(Balance, OfRandomClothsByEveryPreset) {
   for (const Preset preset : {Preset::kPaper, Preset::kRealtime, Preset::kAccurate}) {
     for (size_t kind = 0; kind < kRandomKindNames.size(); ++kind) {
       for (const uint64_t seed : {3u, 11u}) {
+        if (HasFewer() && (seed == 3) == (kind % 2 == 0)) continue;
         Scene scene = RandomCloth(static_cast<RandomKind>(kind), seed);
         scene.name += "_" + std::string(PresetName(preset));
         scene.parameters.settings = PresetSettings(preset);
@@ -138,6 +142,7 @@ TEST_P(Balance, OfRandomClothsAmongColliders) {
   for (const Integration integration : {Integration::kOneStep, Integration::kTwoStep}) {
     for (size_t kind = 0; kind < kRandomKindNames.size(); ++kind) {
       for (const uint64_t seed : {5u, 17u}) {
+        if (HasFewer() && (seed == 5) == (kind % 2 == 0)) continue;
         Scene scene = RandomCloth(static_cast<RandomKind>(kind), seed);
         scene.name += integration == Integration::kOneStep ? "_one" : "_two";
         scene.parameters.settings = PresetSettings(Preset::kRealtime);
@@ -200,6 +205,7 @@ TEST_P(Balance, OfWhatBendsAndSprings) {
       Stir(scene, 0.3);
       MovePins(scene, {0.002, 0.001, -0.003});
       ExpectBalance(scene, 3, 24);
+      if (HasFewer() && integration == Integration::kOneStep) continue;
       scene.name += "_gripped";
       GripParticles(scene, {29, 30, 66}, {0, 0.004, 0.002});
       ExpectBalance(scene, 3, 24);
