@@ -232,6 +232,15 @@ TEST_P(Balance, OfLinkagesWithJointsRopesAndDrivenLengths) {
   }
 }
 
+// One that gl steps by its tiled plan.
+TEST_P(Balance, OfALongChainOfJoints) {
+  Scene scene = JointedChain(520, 0.1, 1e-3);
+  scene.parameters.settings.max_iterations = 4;
+  Stir(scene, 0.5);
+  MovePins(scene, {0.001, 0.002, 0.003});
+  ExpectBalance(scene, 2, 8);
+}
+
 TEST_P(Balance, OfAClothThatTouchesItself) {
   for (const Integration integration : {Integration::kOneStep, Integration::kTwoStep}) {
     // Folded over a row of pins: both halves fall onto each other and onto the pins.

@@ -29,6 +29,7 @@ struct NamedCloth {
   std::string name;
   test::Scene scene;
   StripSolve strip_solve = StripSolve::kReduction;  // as on hardware
+  bool tells_impulses = false;
 };
 
 test::Scene Realtime(test::Scene scene) {
@@ -60,7 +61,11 @@ std::vector<NamedCloth> NamedCloths() {
           {"small", TwoCorners(8)},
           {"mesh", Realtime(test::MeshedGrid(kSide, kSide, 1, 1, {0, kSide - 1}))},
           {"tiled", TwoCorners(kLargeSide)},
-          {"tiled_contacts", Realtime(Figure4(kLargeSide, SettingsOf("REALTIME")))}};
+          {"tiled_contacts", Realtime(Figure4(kLargeSide, SettingsOf("REALTIME")))},
+          {.name = "impulses", .scene = TwoCorners(kSide), .tells_impulses = true},
+          {.name = "contacts_impulses",
+           .scene = Realtime(test::FallingOnSphere(kSide)),
+           .tells_impulses = true}};
 }
 
 // Of a GPU as the server sees it.
@@ -144,8 +149,9 @@ void DumpKernels(const KernelsOptions& options) {
   std::set<std::string> texts;
   for (const NamedCloth& named : NamedCloths()) {
     const PlannedCloth cloth = PlanOnDevice(*named.scene.model, named.scene.parameters);
-    const Result<VariantChoice> choice = ChooseVariant(cloth, HardwareTraits(named.strip_solve));
+    Result<VariantChoice> choice = ChooseVariant(cloth, HardwareTraits(named.strip_solve));
     DRAPE_CHECK(choice.ok(), choice.status().ToString());
+    choice->variant.traits.Add(Feature::kImpulses, named.tells_impulses);
     for (const Program& program : ProgramsOf(choice->variant)) {
       const Result<gl::ShaderSource> source = AssembleKernel(
           library.value(), program.kernel, "#define CORRECTS_ROOTS\n" + program.defines);
