@@ -34,9 +34,9 @@ ROUNDS = {
     ("SolveRods", "k"): "particles_per_line",
     ("SolveDiagonals", "k"): "particles_per_line",
     ("SolveCells", "k"): "particles_per_line",
-    ("ApplyAirImpulses", ""): "triangles_per_particle",
+    ("ImpulseOfTriangles", ""): "triangles_per_particle",
     ("ApplyElasticImpulses", ""): "elements_per_particle",
-    ("ChangeByElements", "k"): "elements_per_particle",
+    ("ImpulseOfElements", "k"): "elements_per_particle",
     ("RefineFlaggedLinks", "colour"): "colour_count",
     ("SolveDistance", "colour"): "colour_count",
     ("SolveContactsOf", "c"): "collider_count",
@@ -47,7 +47,8 @@ ROUNDS = {
     ("IsApart", "k"): "2",
     ("EnergyChange", "i"): "ceil(particle_count / 32)",
     ("EnergyChange", "k"): "ceil(pin_count / 32)",
-    ("CompliantChange", "k"): "ceil(constraint_count / 32)",
+    ("StoredChange", "k"): "ceil(constraint_count / 32)",
+    ("StoredChange", "e"): "ceil(elastic_count / 32)",
 }
 # Loops that give each invocation every LOCAL_SIZE-th of a list: the length of lists with ends of their own.
 LISTS = {
