@@ -29,8 +29,8 @@ struct BackendDescription {
   std::string device;  // "llvmpipe (LLVM 15.0.6), OpenGL 4.5 ...", "2 cores"
   ScalarType scalar = ScalarType::kFloat32;
   bool is_hardware_gpu = false;
-  bool has_self_collision = false;    // ClothParameters::self_collision is supported
-  bool has_worlds = false;            // StepItem::world is: cloths that touch each other
+  bool has_self_collision = false;  // ClothParameters::self_collision is supported
+  bool has_worlds = false;          // StepItem::world is: cloths that touch each other
   // StepItem::impulses takes hardly more time and memory than a step without. Else nobody asks for
   // them who may not need them.
   bool has_cheap_impulses = false;

@@ -71,9 +71,9 @@ const std::map<std::string, gl::ShaderSource>& PlainKernels() {
     std::map<std::string, gl::ShaderSource> plain;
     const Result<gl::ShaderLibrary> library = OpenShaders("");
     DRAPE_CHECK(library.ok(), library.status().ToString());
-    std::vector<std::string> names = {"resident_step",   "measure_start",  "measure_pieces",
-                                      "measure_total",   "measure_strains", "impulses_begin",
-                                      "impulses_total", "pack"};
+    std::vector<std::string> names = {
+        "resident_step",   "measure_start",  "measure_pieces", "measure_total",
+        "measure_strains", "impulses_begin", "impulses_total", "pack"};
     for (const TiledKernel& kernel : TiledKernels()) names.emplace_back(kernel.file);
     for (const std::string& name : names) {
       const Result<gl::ShaderSource> source = AssembleKernel(library.value(), name, "");

@@ -153,12 +153,12 @@ std::vector<EmulatedCloth> ResidentCloths() {
   // By lines and by hinges, which pins meet in several of them.
   const std::vector<uint32_t> pins = {0, 1, kSize.columns, 2 * kSize.columns};
   cloths.push_back(Telling(
-      {.scene = Named("lines", test::Grid(kSize.columns, kSize.rows, 0.5, 0.4, pins,
-                                          {.bending_rigidity_n_m = 20,
-                                           .shear_modulus_n_per_m = 2e5}))}));
-  cloths.push_back(Telling(
-      {.scene = Named("hinges", test::MeshedGrid(kSize.columns, kSize.rows, 1, 1, pins,
-                                                 {.bending_rigidity_n_m = 1}))}));
+      {.scene = Named("lines",
+                      test::Grid(kSize.columns, kSize.rows, 0.5, 0.4, pins,
+                                 {.bending_rigidity_n_m = 20, .shear_modulus_n_per_m = 2e5}))}));
+  cloths.push_back(
+      Telling({.scene = Named("hinges", test::MeshedGrid(kSize.columns, kSize.rows, 1, 1, pins,
+                                                         {.bending_rigidity_n_m = 1}))}));
   return cloths;
 }
 

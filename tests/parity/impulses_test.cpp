@@ -62,11 +62,9 @@ class ImpulseParityTest : public testing::TestWithParam<std::string> {
   }
 };
 class StripImpulseParityTest : public ImpulseParityTest {};
-INSTANTIATE_TEST_SUITE_P(Backends, StripImpulseParityTest,
-                         testing::ValuesIn(StripBackendNames()),
+INSTANTIATE_TEST_SUITE_P(Backends, StripImpulseParityTest, testing::ValuesIn(StripBackendNames()),
                          NameOfCase<testing::TestParamInfo<std::string>>);
-INSTANTIATE_TEST_SUITE_P(Backends, ImpulseParityTest,
-                         testing::ValuesIn(FloatBackendNames()),
+INSTANTIATE_TEST_SUITE_P(Backends, ImpulseParityTest, testing::ValuesIn(FloatBackendNames()),
                          NameOfCase<testing::TestParamInfo<std::string>>);
 
 // Moves the pins so that they jerk.
@@ -106,7 +104,8 @@ TEST_P(ImpulseParityTest, OfEverythingThatPulls) {
 
 // By every way to solve strips, in both plans of gl.
 TEST_P(StripImpulseParityTest, OfStripsThatMeetPinsAndGrips) {
-  for (Scene scene : {Grid(11, 9, 0.5, 0.4, {0, 4, 10, 60}), Grid(34, 32, 1.7, 1.6, {0, 33, 500})}) {
+  for (Scene scene :
+       {Grid(11, 9, 0.5, 0.4, {0, 4, 10, 60}), Grid(34, 32, 1.7, 1.6, {0, 33, 500})}) {
     Stir(scene, 0.5);
     GripParticles(scene, {7, 40}, {0.01, -0.02, 0});
     ExpectParity(Jerked(scene));
@@ -115,13 +114,11 @@ TEST_P(StripImpulseParityTest, OfStripsThatMeetPinsAndGrips) {
 
 // Those that are too large for the resident plan of gl.
 TEST_P(ImpulseParityTest, OfLargeCloths) {
-  std::vector<Scene> scenes = {
-      FallingOnSphere(34),
-      Grid(34, 32, 1.7, 1.6, {0, 1, 33, 40, 500},
-           {.bending_rigidity_n_m = 20, .shear_modulus_n_per_m = 2e5}),
-      MeshedGrid(33, 33, 1, 1, {0, 1, 40}, {.bending_rigidity_n_m = 1e-3}),
-      CompliantSheet(33, 1e-4),
-      RopesAndStruts(33, 0.02, 1e-4)};
+  std::vector<Scene> scenes = {FallingOnSphere(34),
+                               Grid(34, 32, 1.7, 1.6, {0, 1, 33, 40, 500},
+                                    {.bending_rigidity_n_m = 20, .shear_modulus_n_per_m = 2e5}),
+                               MeshedGrid(33, 33, 1, 1, {0, 1, 40}, {.bending_rigidity_n_m = 1e-3}),
+                               CompliantSheet(33, 1e-4), RopesAndStruts(33, 0.02, 1e-4)};
   for (Vector3d& v : scenes[0].state.velocities_m_per_s) v.y() = -4;
   GripParticles(scenes[0], {0, 77, 1143}, {0, -0.02, 0});
   scenes[3].parameters.settings.velocity_iterations = 2;

@@ -79,7 +79,7 @@ struct GlCloth : GlScheme {
   std::vector<uint32_t> length_words{};
   bool are_lengths_moving = false;  // the last step changed them
 
-  bool tells_impulses = false;  // the step under way does
+  bool tells_impulses = false;      // the step under way does
   bool has_warned_of_room = false;  // that there is none for impulses
 
   GlScheme& scheme() { return *this; }
