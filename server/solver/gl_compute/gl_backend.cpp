@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <bit>
-#include <map>
 #include <optional>
 #include <unordered_map>
 #include <utility>
@@ -18,6 +17,7 @@
 #include "server/solver/gl_compute/gl_cloth.h"
 #include "server/solver/gl_compute/gl_device.h"
 #include "server/solver/gl_compute/gl_read.h"
+#include "server/solver/gl_compute/impulse_read.h"
 #include "server/solver/gl_compute/kernel_compiler.h"
 #include "server/solver/gl_compute/packing.h"
 #include "server/solver/gl_compute/self_contact_measures.h"
@@ -97,9 +97,9 @@ class GlBackend final : public DeviceBackend {
   // Of a cloth that touches itself and begins a step: what crosses.
   void FindCrossingParts(GlCloth& cloth);
   void MeasureSelfContacts(std::span<const StepItem> items, BatchReport& report);
-  // Whether there is room for the impulses of a cloth, which is made.
+  // Makes room for the impulses of a cloth. What steps gave, while the schemes are those of the
+  // steps.
   bool HasRoomForImpulses(ClothHandle handle);
-  // What the steps gave, while the schemes are those of the steps.
   void ReadImpulses(std::span<const StepItem> items, BatchReport& report);
   // Steps those of the items again that must be.
   void StepAgain(std::span<const StepItem> items, BatchReport& report);
@@ -385,29 +385,17 @@ bool GlBackend::HasRoomForImpulses(ClothHandle handle) {
 }
 
 void GlBackend::ReadImpulses(std::span<const StepItem> items, BatchReport& report) {
-  std::map<uint32_t, std::vector<size_t>> telling;  // by their array of Scratch
+  std::vector<const GlCloth*> cloths;
+  std::vector<size_t> places;
   for (size_t k = 0; k < items.size(); ++k) {
     const GlCloth& cloth = cloths_.Find(items[k].cloth);
-    const bool has_them = cloth.tells_impulses && report.reports[k].fault == FaultReason::kNone;
-    if (has_them) telling[cloth.scratch.array()].push_back(k);
+    if (!cloth.tells_impulses || report.reports[k].fault != FaultReason::kNone) continue;
+    cloths.push_back(&cloth);
+    places.push_back(k);
   }
-  for (const auto& [array, places] : telling) {
-    std::vector<StateColumn> columns;
-    size_t count = 0;
-    for (const size_t k : places) {
-      const ResultWords words = ImpulseResultsOf(cloths_.Find(items[k].cloth));
-      columns.push_back({words.begin, words.count});
-      count += words.count;
-    }
-    std::vector<float> results(count);
-    device_.reader->Begin(device_.arrays->scratch.buffer(array), columns).Take({results});
-    size_t begin = 0;
-    for (size_t n = 0; n < places.size(); ++n) {
-      report.reports[places[n]].impulses = std::make_shared<StepImpulses>(
-          ImpulsesFrom(cloths_.Find(items[places[n]].cloth),
-                       std::span<const float>(results).subspan(begin, columns[n].count)));
-      begin += columns[n].count;
-    }
+  auto place = places.begin();
+  for (auto& impulses : drape::ReadImpulses(cloths, *device_.arrays, *device_.reader)) {
+    report.reports[*place++].impulses = std::move(impulses);
   }
 }
 
