@@ -386,17 +386,15 @@ bool GlBackend::HasRoomForImpulses(ClothHandle handle) {
 
 void GlBackend::ReadImpulses(std::span<const StepItem> items, BatchReport& report) {
   std::vector<const GlCloth*> cloths;
-  std::vector<size_t> places;
+  std::vector<StepReport*> reports;
   for (size_t k = 0; k < items.size(); ++k) {
     const GlCloth& cloth = cloths_.Find(items[k].cloth);
     if (!cloth.tells_impulses || report.reports[k].fault != FaultReason::kNone) continue;
     cloths.push_back(&cloth);
-    places.push_back(k);
+    reports.push_back(&report.reports[k]);
   }
-  auto place = places.begin();
-  for (auto& impulses : drape::ReadImpulses(cloths, *device_.arrays, *device_.reader)) {
-    report.reports[*place++].impulses = std::move(impulses);
-  }
+  const auto impulses = drape::ReadImpulses(cloths, *device_.arrays, *device_.reader);
+  for (size_t k = 0; k < reports.size(); ++k) reports[k]->impulses = impulses[k];
 }
 
 std::optional<BatchReport> GlBackend::StepPiece(std::span<const StepItem> items,
