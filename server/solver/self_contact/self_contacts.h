@@ -11,6 +11,7 @@
 #include "server/solver/self_contact/contact_lists.h"
 #include "server/solver/self_contact/contact_pair.h"
 #include "server/solver/self_contact/contact_surface.h"
+#include "server/solver/self_contact/pair_friction.h"
 #include "server/solver/self_contact/pair_search.h"
 #include "server/solver/self_contact/patch_search.h"
 #include "server/solver/self_contact/planar_guard.h"
@@ -22,12 +23,6 @@ namespace drape::self_contact {
 // next substep. Larger: cloth is strained where layers hit each other; smaller: time.
 inline constexpr double kHardHit = 1e-2;
 inline constexpr uint32_t kHitSweeps = 2;
-
-// Of a pair of one cloth.
-template <class Real>
-struct FrictionNumbers {
-  Real statics = 0, dynamics = 0;
-};
 
 // What a step needs to know of the cloth, or of all cloths of a world.
 template <class V>
@@ -112,10 +107,18 @@ class SelfContacts {
   void LookAtDue(std::span<const V> starts);
   void FindNormalsOf(PairKind kind, std::span<const V> starts);
   void EndLook(ContactPair<V>& pair, bool is_apart, std::span<const V> starts) const;
+  // How the pair moves when the substep begins.
+  void FindSpeed(ContactPair<V>& pair) const;
+  bool IsLanding(const ContactPair<V>& pair, const V& relative_velocity) const;
+  // Of a pair at the border of a primitive that is about to push: what its nearest points miss.
+  Real ErrorAtBorder(ContactPair<V>& pair, const V* starts, const V* base, const V* u,
+                     Real interval) const;
   bool SolvePush(ContactPair<V>& pair, const V* starts, const V* base, V* u, Real interval,
                  Real least_change);
   FrictionNumbers<Real> FrictionOf(const ContactPair<V>& pair) const;
   void StopTouching(const typename PlanarGuard<V>::Motion& motion, bool has_history);
+  void StopPair(ContactPair<V>& pair, V* velocities, bool is_last);
+  void ForgetLanding(const ContactPair<V>& pair, const typename PlanarGuard<V>::Motion& motion);
   bool GuardFar(const typename PlanarGuard<V>::Motion& motion);
 
   const ContactSurface* surface_ = nullptr;
@@ -132,6 +135,8 @@ class SelfContacts {
   std::vector<uint32_t> active_;        // pairs of the substep
   std::vector<uint32_t> active_lists_;  // of each of them
   std::vector<Real> active_ways_;
+  std::vector<V> start_velocities_;  // of the substep, where pairs are active and rub
+  std::vector<uint32_t> landed_;     // pairs of the substep
   std::array<std::vector<ContactPair<V>*>, 2> turned_;  // by kind: those that need a new normal
   Real hardest_hit_ = 0;          // largest change of a predicted difference in the last sweep [m]
   uint32_t normal_substeps_ = 1;  // for which a normal is used
