@@ -36,6 +36,15 @@ struct ContactPair {
   // Accumulated impulses of the substep, as changes of the relative velocity [m/s].
   Real push = 0;
   V tangent{};
+
+  // Before the pair is looked at in a substep.
+  void Reset() {
+    push = 0;
+    tangent = V{};
+    has_hit = false;
+    lands = false;
+    sliding_speed = 0;
+  }
 };
 
 // The corners of a pair.

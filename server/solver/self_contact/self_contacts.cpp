@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "server/solver/self_contact/covered_pairs.h"
 #include "server/solver/self_contact/crossing_search.h"
 #include "server/solver/self_contact/drift.h"
 #include "shaders/interface/self_contact_search.h"
@@ -36,7 +35,6 @@ constexpr double kMostLookedAt = 1;
 constexpr double kNormalAge_s = 1.0 / 800;
 // Searches within one substep that pushes have led too far before all particles move alike [-].
 constexpr int kMostSearches = 4;
-constexpr int kLandingRounds = DRAPE_CONTACT_LANDING_ROUNDS;
 
 }  // namespace
 
@@ -53,8 +51,7 @@ bool SelfContacts<V>::Begin(const ContactSurface& surface, const StepNumbers<V>&
   is_crossing_.clear();
   active_.clear();
   active_lists_.clear();
-  has_friction_ = std::ranges::any_of(numbers.frictions,
-                                      [](const auto& friction) { return friction.statics > 0; });
+  impulses_.Begin(surface, numbers_);
   lists_.Begin(surface, numbers.thicknesses, numbers.edge_length, is_crossing_,
                kMostPairsPerParticle * surface.particle_count());
   normal_substeps_ = 1 + static_cast<uint32_t>(static_cast<Real>(kNormalAge_s) / substep_s_);
@@ -102,26 +99,7 @@ void SelfContacts<V>::Find(std::span<const V> positions, std::span<const V> velo
   Wake(positions, {.factor = static_cast<Real>(kWayMargin),
                    .addend = numbers_.gravity * substep_s_ * substep_s_,
                    .substeps = numbers_.substeps - substep_ + 1});
-  if (has_friction_ && !active_.empty()) {
-    start_velocities_.assign(
-        velocities.begin(),
-        velocities.begin() + static_cast<std::ptrdiff_t>(surface_->particle_count()));
-  }
-}
-
-template <class V>
-void SelfContacts<V>::FindSpeed(ContactPair<V>& pair) const {
-  const V relative = Weighted(pair, start_velocities_.data());
-  pair.lands = IsLanding(pair, relative);
-  const V sliding = relative - Dot(relative, pair.normal) * pair.normal;
-  pair.sliding_speed = pair.lands ? Real{0} : Length(sliding);
-}
-
-template <class V>
-bool SelfContacts<V>::IsLanding(const ContactPair<V>& pair, const V& relative_velocity) const {
-  const Real approach = -Dot(relative_velocity, pair.normal);
-  return approach > numbers_.slowest_landing &&
-         approach > numbers_.slowest_landing + numbers_.grazing_sine * Length(relative_velocity);
+  if (!active_.empty()) impulses_.BeginSubstep(substep_, velocities);
 }
 
 // Neighbours that flutter against each other stay where they are: the mean over them tells better
@@ -244,16 +222,12 @@ void SelfContacts<V>::LookAtDue(std::span<const V> starts) {
   for (auto& pairs : turned_) pairs.clear();
   for (const auto& due : lists_.due()) {
     ContactPair<V>& pair = lists_.pairs()[due.pair];
-    pair.push = 0;
-    pair.tangent = V{};
-    pair.has_hit = false;
-    pair.lands = false;
-    pair.sliding_speed = 0;
+    pair.Reset();
     if (pair.is_left_alone) continue;
     if (pair.found_in > 0 && substep_ < pair.found_in + normal_substeps_) {
       pair.gap = GapAlong(pair.kind, CornersOf(pair, starts.data()), pair.normal);
       if (pair.gap > pair.touch / 2) {
-        EndLook(pair, true, starts);
+        impulses_.BeginPair(pair, true, starts.data());
         continue;
       }
     }
@@ -271,112 +245,10 @@ void SelfContacts<V>::FindNormalsOf(PairKind kind, std::span<const V> starts) {
     const uint32_t are_apart = FindNormals(starts.data(), numbers_.inverse_masses, kind, some);
     for (size_t k = 0; k < some.size(); ++k) {
       some[k]->found_in = substep_;
-      EndLook(*some[k], (are_apart >> k & 1) != 0, starts);
+      impulses_.BeginPair(*some[k], (are_apart >> k & 1) != 0, starts.data());
     }
     pairs = pairs.subspan(some.size());
   }
-}
-
-template <class V>
-void SelfContacts<V>::EndLook(ContactPair<V>& pair, bool is_apart,
-                              std::span<const V> starts) const {
-  pair.is_left_alone = !is_apart;
-  pair.floor = std::min(pair.touch, pair.gap + numbers_.depenetration_speed * substep_s_);
-  const V first = starts[pair.particles[0]];
-  const Real size = std::abs(first[0]) + std::abs(first[1]) + std::abs(first[2]);
-  const Real rounding =
-      numbers_.touch_round_offs * std::numeric_limits<Real>::epsilon() * (size + pair.touch);
-  // The gap is at most the difference of the nearest points.
-  const Real above = pair.gap > pair.touch + rounding
-                         ? pair.gap - pair.touch
-                         : Dot(pair.normal, Weighted(pair, starts.data())) - pair.touch;
-  pair.is_resting = std::abs(above) < rounding;
-  // Of what has left the bound of rounding only the rest of the way counts: all of it at once would
-  // be a kick.
-  if (!pair.is_resting) pair.floor += above > 0 ? rounding : -rounding;
-}
-
-template <class V>
-FrictionNumbers<ScalarOf<V>> SelfContacts<V>::FrictionOf(const ContactPair<V>& pair) const {
-  const uint32_t member = surface_->member_of_particle(pair.particles[0]);
-  const uint32_t other = surface_->member_of_particle(pair.particles[3]);
-  const FrictionNumbers<Real>& a = numbers_.frictions[member];
-  if (member == other) return a;
-  const FrictionNumbers<Real>& b = numbers_.frictions[other];
-  return {std::sqrt(a.statics * b.statics), std::sqrt(a.dynamics * b.dynamics)};
-}
-
-// How far the nearest points will be apart, beyond where they touch.
-template <class V>
-static ScalarOf<V> ErrorOf(const ContactPair<V>& pair, const V* starts, const V* base, const V* u,
-                           ScalarOf<V> interval) {
-  const V move = interval * Weighted(pair, u);
-  // Of what rests the way counts, with all its digits: the height is rounded to some per cent of
-  // the way that gravity gives in a short substep.
-  return pair.is_resting ? Dot(pair.normal, V(WeightedChange(pair, starts, base) + move))
-                         : Dot(pair.normal, V(Weighted(pair, base) + move)) - pair.floor;
-}
-
-// A normal that leans over a border is true only where it was found. Before its first impulse it is
-// found anew, and then the distance of what is nearest at the end counts.
-template <class V>
-ScalarOf<V> SelfContacts<V>::ErrorAtBorder(ContactPair<V>& pair, const V* starts, const V* base,
-                                           const V* u, Real interval) const {
-  constexpr Real kNoPush = std::numeric_limits<Real>::max();
-  if (pair.push == 0 && pair.found_in != substep_) {
-    const bool is_apart = FindNormal(starts, numbers_.inverse_masses, pair);
-    pair.found_in = substep_;
-    EndLook(pair, is_apart, {starts, surface_->particle_count()});
-    if (!is_apart || pair.inverse_mass == 0) return kNoPush;
-  }
-  if (pair.push == 0 && IsCovered(*surface_, {starts, surface_->particle_count()}, pair)) {
-    return kNoPush;
-  }
-  const Real error = ErrorOf(pair, starts, base, u, interval);
-  if (error >= 0 || pair.is_resting || !IsAtBorder(pair)) return error;
-  std::array<V, 4> ends;
-  for (int k = 0; k < 4; ++k) {
-    ends[k] = base[pair.particles[k]] + interval * u[pair.particles[k]];
-  }
-  const V difference = Closest(pair.kind, ends).difference;
-  // What has come to the other side has no true distance.
-  if (Dot(pair.normal, difference) <= 0) return error;
-  return std::max(error, Length(difference) - pair.floor);
-}
-
-template <class V>
-bool SelfContacts<V>::SolvePush(ContactPair<V>& pair, const V* starts, const V* base, V* u,
-                                Real interval, Real least_change) {
-  Real error = ErrorOf(pair, starts, base, u, interval);
-  if (error >= 0 && pair.push == 0) return false;
-  if (IsAtBorder(pair)) {
-    error = ErrorAtBorder(pair, starts, base, u, interval);
-    if (error >= 0 && pair.push == 0) return false;
-  }
-  const Real push = std::max(pair.push - error / interval, Real{0});
-  const Real change = push - pair.push;
-  pair.push = push;
-  V velocity_change = change * pair.normal;
-  if (has_friction_) {
-    if (!pair.has_hit) FindSpeed(pair);
-    const V relative = Weighted(pair, static_cast<const V*>(u)) + velocity_change;
-    const Real normal_speed = Dot(relative, pair.normal);
-    const V sliding = relative - normal_speed * pair.normal;
-    // With two steps nothing is left of the speed along the normal (StopTouching).
-    const Real whole = numbers_.has_two_steps ? std::max(push - normal_speed, Real{0}) : push;
-    const FrictionNumbers<Real> friction = FrictionOf(pair);
-    const bool slips =
-        Slips(friction, pair.sliding_speed, std::max(whole, numbers_.gravity * substep_s_));
-    const V tangent = Friction(friction, slips, V(pair.tangent - sliding), whole);
-    velocity_change += tangent - pair.tangent;
-    pair.tangent = tangent;
-  }
-  Apply(pair, velocity_change, numbers_.inverse_masses, u);
-  Pull(pair, velocity_change, numbers_.inverse_masses, numbers_.pulls.now);
-  pair.has_hit |= push > 0;
-  const Real squared_change = SquaredLength(velocity_change);
-  hardest_hit_ = std::max(hardest_hit_, squared_change);
-  return squared_change > least_change * least_change;
 }
 
 template <class V>
@@ -387,7 +259,9 @@ bool SelfContacts<V>::Solve(const V* starts, const V* base, V* u, Real interval,
   for (const uint32_t k : active_) {
     ContactPair<V>& pair = lists_.pairs()[k];
     if (pair.is_left_alone || pair.inverse_mass == 0) continue;
-    has_changed |= SolvePush(pair, starts, base, u, interval, least_change);
+    const Real squared_change = impulses_.Push(pair, {starts, base, u, interval});
+    hardest_hit_ = std::max(hardest_hit_, squared_change);
+    has_changed |= squared_change > least_change * least_change;
   }
   hardest_hit_ = interval * std::sqrt(hardest_hit_);
   return has_changed;
@@ -436,7 +310,7 @@ bool SelfContacts<V>::Guard(const typename PlanarGuard<V>::Motion& motion) {
     if (!guard_.has_changed() && !has_drifted) break;
   }
   lists_.Advance();
-  StopTouching(motion, !motion.previous_velocities.empty());
+  impulses_.Stop(lists_.pairs(), active_, motion);
   return is_apart;
 }
 
@@ -474,73 +348,6 @@ bool SelfContacts<V>::GuardFar(const typename PlanarGuard<V>::Motion& motion) {
   active_.clear();
   active_lists_.clear();
   return !has_pins;
-}
-
-// What touches has no velocity along the normal, and friction has its part of the impulse.
-template <class V>
-void SelfContacts<V>::StopTouching(const typename PlanarGuard<V>::Motion& motion,
-                                   bool has_history) {
-  const std::span<ContactPair<V>> pairs = lists_.pairs();
-  const auto has_stopped = [&](uint32_t k) {
-    return pairs[k].has_hit && pairs[k].inverse_mass != 0 && !pairs[k].is_left_alone;
-  };
-  landed_.clear();
-  for (const uint32_t k : active_) {
-    if (!has_stopped(k)) continue;
-    StopPair(pairs[k], motion.velocities.data(), false);
-    if (pairs[k].lands) landed_.push_back(k);
-  }
-  // Many share the particles of what lands: one round takes from some what others gave.
-  for (int round = 2; round <= kLandingRounds; ++round) {
-    for (const uint32_t k : landed_) {
-      StopPair(pairs[k], motion.velocities.data(), round == kLandingRounds);
-    }
-  }
-  if (!has_history) return;
-  for (const uint32_t k : active_) {
-    if (has_stopped(k)) ForgetLanding(pairs[k], motion);
-  }
-}
-
-// Of what lands only the last round can tell whether it slides on.
-template <class V>
-void SelfContacts<V>::StopPair(ContactPair<V>& pair, V* velocities, bool is_last) {
-  const V relative = Weighted(pair, static_cast<const V*>(velocities));
-  const Real speed = Dot(relative, pair.normal);
-  // No more than the pair itself has pushed is taken back.
-  const Real change = std::max(-speed, -pair.push);
-  pair.push = std::max(pair.push + change, Real{0});
-  V velocity_change = change * pair.normal;
-  if (has_friction_) {
-    const FrictionNumbers<Real> friction = FrictionOf(pair);
-    const V stopping = pair.tangent - (relative - speed * pair.normal);
-    const Real weight = numbers_.gravity * substep_s_;
-    bool slips = Slips(friction, pair.sliding_speed, std::max(pair.push, weight));
-    if (pair.lands && is_last) {
-      slips = Slips(friction, Length(stopping) - friction.statics * pair.push, weight);
-    }
-    const V tangent = Friction(friction, slips, stopping, pair.push);
-    velocity_change += tangent - pair.tangent;
-    pair.tangent = tangent;
-  }
-  Apply(pair, velocity_change, numbers_.inverse_masses, velocities);
-  Pull(pair, velocity_change, numbers_.inverse_masses, numbers_.pulls.now);
-}
-
-// With two steps the difference over two substeps remembers the velocity before a hit: what hits
-// goes on as if it had always had the velocity that the hit left.
-template <class V>
-void SelfContacts<V>::ForgetLanding(const ContactPair<V>& pair,
-                                    const typename PlanarGuard<V>::Motion& motion) {
-  const V before = Weighted(pair, static_cast<const V*>(motion.previous_velocities.data()));
-  if (!IsLanding(pair, before)) return;
-  const V after = Weighted(pair, static_cast<const V*>(motion.velocities.data()));
-  Apply(pair, V(after - before), numbers_.inverse_masses, motion.previous_velocities.data());
-  Pull(pair, V(before - after), numbers_.inverse_masses, numbers_.pulls.in_memory);
-  const V way = Weighted(pair, static_cast<const V*>(motion.ends.data())) -
-                Weighted(pair, static_cast<const V*>(motion.previous_positions.data()));
-  Apply(pair, V(way - substep_s_ * after), numbers_.inverse_masses,
-        motion.previous_positions.data());
 }
 
 template class SelfContacts<Vector3f>;
