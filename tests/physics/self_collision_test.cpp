@@ -80,7 +80,7 @@ TEST_P(SelfCollision, ASheetDrapedOverASphereThatVanishesPilesUp) {
   scene.parameters.colliders.pop_back();
   Change(cloth, scene.parameters);
   const StepReport report = StepWithoutCrossing(cloth, scene, 50);
-  EXPECT_GT(report.measured.near_pairs, 50u);
+  EXPECT_GT(report.measured.near_pairs, 20u) << "it lies flat";
 }
 
 // Where layers hit each other hard, the links get sweeps of their own in the same substep. Without
