@@ -18,8 +18,8 @@ namespace drape::shader {
 #define DRAPE_CONTACT_BOX_WORDS 12
 // Words of a pair: its four particles, flags, the distance at which it touches [m], normal xyz,
 // weights of the particles, effective inverse mass [1/kg], gap and floor [m], push [m/s], tangent
-// xyz [m/s].
-#define DRAPE_CONTACT_PAIR_WORDS 20
+// xyz [m/s], how fast it slides when the substep begins [m/s].
+#define DRAPE_CONTACT_PAIR_WORDS 21
 // Places of two members of the record.
 #define DRAPE_CONTACT_CAPACITY 9u
 #define DRAPE_CONTACT_MAY_GROW 10u
@@ -38,6 +38,7 @@ namespace drape::shader {
       count(vertex_count) count(edge_count) count(node_count) count(level_count)                  \
           count(capacity)   /* pairs that fit; the same for all arrays of pairs */                \
       count(may_grow)       /* 1: a step that needs more is not committed */                      \
+      count(most_around)    /* triangles at a particle */                                         \
       count(has_crossings)  /* 1: crossing_flags are set */                                       \
       count(rest_positions) /* in Models: [particle_count][3] float [m] */                        \
       count(vertices)       /* [vertex_count] uint, of triangles */                               \
@@ -49,6 +50,8 @@ namespace drape::shader {
       count(corners)        /* [] uint, particles of the leaves */                                \
       count(neighbour_offsets) /* [particle_count + 1] uint */                                    \
       count(neighbours)        /* [] uint, particles at the other ends of edges */                \
+      count(around_offsets)    /* [particle_count + 1] uint */                                    \
+      count(corners_around)    /* [][2] uint, the other corners of each triangle at a particle */ \
       count(crossing_flags)    /* in Parameters: [particle_count] uint, of what began crossing */ \
       count(state)             /* in Scratch: [DRAPE_CONTACT_STATE_WORDS] */                      \
       count(starts)            /* [particle_count][3] float, where the substep began [m] */       \

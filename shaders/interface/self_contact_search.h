@@ -1,5 +1,5 @@
-// Numbers of the search for pairs that may touch: those of server/solver/self_contact, and of the
-// kernels of self-collision.
+// Numbers of self-collision: those of server/solver/self_contact, and of its kernels. The search
+// for pairs that may touch, and their friction.
 #ifndef DRAPE_SHADERS_INTERFACE_SELF_CONTACT_SEARCH_H_
 #define DRAPE_SHADERS_INTERFACE_SELF_CONTACT_SEARCH_H_
 
@@ -13,5 +13,17 @@
 #define DRAPE_CONTACT_DRIFT_THICKNESS 0.5
 #define DRAPE_CONTACT_DRIFT_EDGE 0.05
 #define DRAPE_CONTACT_DRIFT_FALL 0.5
+
+// The sine of the angle by which a normal has to lean over a neighbouring triangle for that to
+// cover the pair [-]. Larger: pairs hinder what slides; smaller: rounding could leave a vertex
+// above an edge without any pair.
+#define DRAPE_CONTACT_LEAST_LEAN 1e-3
+// A pair slides where it does so faster than static friction could stop it within this many
+// substeps [-]. Larger: what begins to slide feels the static friction for longer; smaller: pairs
+// that slip because others carry their load spread that to their neighbours.
+#define DRAPE_CONTACT_SLIP_SUBSTEPS 6.0
+// Rounds of impulses that stop what lands, at the end of its substep [-]. Fewer: part of the
+// friction of a landing is lost, and layers land sliding; more: time.
+#define DRAPE_CONTACT_LANDING_ROUNDS 8
 
 #endif

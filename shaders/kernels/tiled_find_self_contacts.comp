@@ -26,7 +26,7 @@ void KeepStarts() {
 
 // Whether pair k may touch within the substep, expected to be like the last one.
 bool MayTouch(uint k) {
-  uint flags = PairFlags(k) & ~(kActive | kHit | kHasPlanes);
+  uint flags = PairFlags(k) & ~(kActive | kHit | kHasPlanes | kCovered | kLands);
   SetPairFlags(k, flags);
   if ((flags & kLeftAlone) != 0u) return false;
   bool are_edges = (flags & kAreEdges) != 0u;
@@ -47,6 +47,9 @@ void LookAtPairs() {
     SetPairFlags(k, PairFlags(k) | kActive);
     AddPending(k);
   }
+  EndPhase();
+  CountLoop(shared_pending_count * (contact.most_around + 1u));
+  FOR_EACH(p, 0u, shared_pending_count) BeginImpulses(scratch_words[contact.pending + p]);
   EndPhase();
 }
 

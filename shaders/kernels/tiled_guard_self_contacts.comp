@@ -194,16 +194,18 @@ void TestZones() {
 }
 
 #ifdef HAS_TWO_STEPS
-// Whether what touched had been faster than what rests or slides could be: then it goes on as if it had always had the
-// velocity `after` (method.md, equation 55).
-void ForgetFlight(uint k, uvec4 particles, vec4 weights, vec4 w, vec3 normal, vec3 after) {
+// What landed goes on as if it had always had the velocity that the hit left (method.md, equation 55).
+void ForgetLanding(uint k) {
+  uvec4 particles = PairParticles(k);
+  vec4 weights = PairWeights(k);
+  vec4 w = InverseMasses(particles);
   uint velocities = cloth.scratch.previous_velocities;
   uint positions = cloth.scratch.previous_positions;
   Corners v = Corners(ScratchVector(velocities + 3u * particles.x), ScratchVector(velocities + 3u * particles.y),
                       ScratchVector(velocities + 3u * particles.z), ScratchVector(velocities + 3u * particles.w));
   vec3 before = Weighted(weights, v);
-  precise float slowest = cloth.step.slowest_landing + GRAZING_SINE * Length(before);
-  if (-Dot(before, normal) <= slowest) return;
+  if (!IsLanding(before, PairVector(kNormalField, k))) return;
+  vec3 after = Weighted(weights, Velocities(particles));
   float inverse_mass = PairNumber(kInverseMassField, k);
   Corners p = Corners(ScratchVector(positions + 3u * particles.x), ScratchVector(positions + 3u * particles.y),
                       ScratchVector(positions + 3u * particles.z), ScratchVector(positions + 3u * particles.w));
@@ -230,11 +232,11 @@ void ForgetFlight(uint k, uvec4 particles, vec4 weights, vec4 w, vec3 normal, ve
 }
 #endif
 
-// What touches has no velocity along the normal, and friction has its part of the impulse.
-void StopTouching(uint k) {
+// What touches has no velocity along the normal, and friction has its part of the impulse. Of what lands only the last
+// round can tell whether it slides on.
+void StopTouching(uint k, bool is_last) {
   uvec4 particles = PairParticles(k);
   vec4 weights = PairWeights(k);
-  vec4 w = InverseMasses(particles);
   vec3 normal = PairVector(kNormalField, k);
   float push = PairNumber(kPushField, k);
   Corners v = Velocities(particles);
@@ -242,37 +244,67 @@ void StopTouching(uint k) {
   float speed = Dot(relative, normal);
   // No more than the pair itself has pushed is taken back.
   float change = max(-speed, -push);
+  precise float left = push + change;
+  push = max(left, 0.0);
+  SetPairNumber(kPushField, k, push);
   precise vec3 velocity_change = change * normal;
   if (contact.friction_static > 0.0) {
-    vec3 tangent = PairVector(kTangentField, k);
+    vec3 tangent_before = PairVector(kTangentField, k);
     precise vec3 sliding = relative - speed * normal;
-    precise vec3 stopping = tangent - sliding;
-    precise float whole = push + change;
-    velocity_change += PairFriction(stopping, max(whole, 0.0)) - tangent;
+    precise vec3 stopping = tangent_before - sliding;
+    float slides = PairNumber(kSlidingField, k);
+    float press = max(push, WeightPush());
+    if (is_last && (PairFlags(k) & kLands) != 0u) {
+      precise float rest = Length(stopping) - contact.friction_static * push;
+      slides = rest;
+      press = WeightPush();
+    }
+    vec3 tangent = PairFriction(Slips(slides, press), stopping, push);
+    velocity_change += tangent - tangent_before;
+    SetPairVector(kTangentField, k, tangent);
   }
+  vec4 w = InverseMasses(particles);
   ApplyToVelocities(particles, weights, w, v, Quotient(velocity_change, PairNumber(kInverseMassField, k)));
-#ifdef HAS_TWO_STEPS
-  precise vec3 after = relative + velocity_change;
-  if (IsTwoStep()) ForgetFlight(k, particles, weights, w, normal, after);
-#endif
+}
+
+// Rounds of stops: many pairs share the particles of what lands, and one round takes from some what others gave. In
+// uniform control flow.
+uint StopRounds() {
+  bool lands = false;
+  CountLoop(shared_ordered_count);
+  FOR_EACH(o, 0u, shared_ordered_count) {
+    lands = lands || (PairFlags(scratch_words[contact.order + o]) & kLands) != 0u;
+  }
+  return IsAny(lands) && !IsOutOfPasses() ? uint(DRAPE_CONTACT_LANDING_ROUNDS) : 1u;
 }
 
 // Pairs that wait push each other apart, or stop.
 void SolvePending(uint purpose) {
   uint turns = TakeTurns();
-  for (uint turn = 0u; turn < turns; ++turn) {
-    uint begin = TurnBegin(turn);
-    uint end = TurnEnd(turn);
-    CountLoop(end - begin);
-    FOR_EACH(o, begin, end) {
-      uint k = scratch_words[contact.order + o];
-      if (purpose == kForStops) {
-        StopTouching(k);
-      } else {
-        PushApart(k);
+  uint stops = purpose == kForStops ? StopRounds() : 0u;
+  uint rounds = max(stops, 1u);
+#ifdef HAS_TWO_STEPS
+  if (purpose == kForStops && IsTwoStep()) ++rounds;
+#endif
+  for (uint pass = 0u; pass < rounds; ++pass) {
+    for (uint turn = 0u; turn < turns; ++turn) {
+      uint begin = TurnBegin(turn);
+      uint end = TurnEnd(turn);
+      CountLoop(end - begin);
+      FOR_EACH(o, begin, end) {
+        uint k = scratch_words[contact.order + o];
+        if (purpose != kForStops) {
+          PushApart(k);
+        } else if (pass < stops) {
+          if (pass == 0u || (PairFlags(k) & kLands) != 0u) StopTouching(k, pass > 0u && pass + 1u == stops);
+#ifdef HAS_TWO_STEPS
+        } else {
+          ForgetLanding(k);
+#endif
+        }
       }
+      EndPhase();
     }
-    EndPhase();
   }
 }
 

@@ -1,4 +1,5 @@
 // Stages find_self_contacts and solve_self_contacts of one pair, and the turns that pairs take.
+#include "interface/self_contact_search.h"
 #include "stages/exact_pulls.glsl"
 #include "stages/self_contacts.glsl"
 
@@ -44,12 +45,86 @@ bool Look(uint k) {
   SetPairNumber(kWeightsField + 3u, k, closest.weights.w);
   SetPairNumber(kInverseMassField, k, inverse_mass);
   SetPairNumber(kGapField, k, gap);
-  SetPairNumber(kFloorField, k, min(touch, risen));
+  bool is_resting = abs(height) < rounding;
+  // Of what has left the bound of rounding only the rest of the way counts.
+  precise float ground = min(touch, risen) + (is_resting ? 0.0 : height > 0.0 ? rounding : -rounding);
+  SetPairNumber(kFloorField, k, ground);
   SetPairNumber(kPushField, k, 0.0);
   SetPairVector(kTangentField, k, vec3(0.0));
-  flags = (flags & kAreEdges) | (is_apart ? 0u : kLeftAlone) | (abs(height) < rounding ? kResting : 0u);
+  SetPairNumber(kSlidingField, k, 0.0);
+  flags = (flags & kAreEdges) | (is_apart ? 0u : kLeftAlone) | (is_resting ? kResting : 0u);
   SetPairFlags(k, flags);
   return is_apart;
+}
+
+bool IsAtBorder(vec4 weights) {
+  return weights.x == 0.0 || weights.y == 0.0 || weights.z == 0.0 || weights.w == 0.0;
+}
+
+// Whether the normal leans over the way from `at` to `other`.
+bool LeansOver(vec3 normal, uint at, uint other) {
+  precise vec3 side = Start(other) - Start(at);
+  float along = Dot(normal, side);
+  precise float least = DRAPE_CONTACT_LEAST_LEAN * DRAPE_CONTACT_LEAST_LEAN * Dot(side, side);
+  precise float squared = along * along;
+  return along > 0.0 && squared > least;
+}
+
+// Whether a triangle beside that of pair k is nearer to its vertex (method.md, «Borders»). At most most_around passes.
+bool IsCovered(uint k) {
+  vec4 weights = PairWeights(k);
+  if ((PairFlags(k) & kAreEdges) != 0u || !IsAtBorder(weights)) return false;
+  uvec4 particles = PairParticles(k);
+  vec3 normal = PairVector(kNormalField, k);
+  // The nearest point is the corner `at`, or between that and `end`.
+  uint at = kNone;
+  uint end = kNone;
+  uint beside = kNone;
+  for (int corner = 1; corner < 4; ++corner) {
+    if (weights[corner] == 0.0) {
+      beside = particles[corner];
+    } else if (at == kNone) {
+      at = particles[corner];
+    } else {
+      end = particles[corner];
+    }
+  }
+  if (at == kNone) return false;
+  uint first = models[contact.around_offsets + at];
+  uint last = models[contact.around_offsets + at + 1u];
+  bool is_covered = false;
+  for (uint t = first; t < last && !is_covered; ++t) {
+    uint i = models[contact.corners_around + 2u * t];
+    uint j = models[contact.corners_around + 2u * t + 1u];
+    if (end == kNone) {
+      is_covered = LeansOver(normal, at, i) || LeansOver(normal, at, j);
+    } else if (i == end || j == end) {
+      uint other = i == end ? j : i;
+      is_covered = other != beside && LeansOver(normal, at, other);
+    }
+  }
+  return is_covered;
+}
+
+// Faster towards the other side than what rests or slides could be.
+bool IsLanding(vec3 velocity, vec3 normal) {
+  precise float slowest = cloth.step.slowest_landing + GRAZING_SINE * Length(velocity);
+  return -Dot(velocity, normal) > slowest;
+}
+
+// Of a pair that may push, before the prediction: what it needs to know of the start of the substep.
+void BeginImpulses(uint k) {
+  if (IsCovered(k)) SetPairFlags(k, PairFlags(k) | kCovered);
+  if (!(contact.friction_static > 0.0)) return;
+  vec3 normal = PairVector(kNormalField, k);
+  vec3 relative = Weighted(PairWeights(k), Velocities(PairParticles(k)));
+  if (IsLanding(relative, normal)) {
+    SetPairFlags(k, PairFlags(k) | kLands);
+    return;
+  }
+  float speed = Dot(relative, normal);
+  precise vec3 sliding = relative - speed * normal;
+  SetPairNumber(kSlidingField, k, Length(sliding));
 }
 
 float CoreOf(uint k) {
@@ -142,14 +217,24 @@ uint TakeTurns() {
 uint TurnBegin(uint turn) { return turn == 0u ? 0u : scratch_words[contact.turns + turn - 1u]; }
 uint TurnEnd(uint turn) { return scratch_words[contact.turns + turn]; }
 
-// Coulomb's law: the impulse across the normal that static friction can exert, or the dynamic one.
-vec3 PairFriction(vec3 wanted, float push) {
-  float size = Length(wanted);
-  precise float stick = contact.friction_static * push;
-  if (size <= stick) return wanted;
-  precise float share = Quotient(contact.friction_dynamic * push, size);
-  precise vec3 sliding = wanted * share;
-  return sliding;
+// Whether what slides at `speed` [m/s] has the dynamic friction, where each substep presses by `push` [m/s].
+bool Slips(float speed, float push) {
+  precise float fastest = DRAPE_CONTACT_SLIP_SUBSTEPS * contact.friction_static * push;
+  return speed > fastest;
+}
+
+// Coulomb's law: the impulse across the normal nearest to the one that stops the sliding.
+vec3 PairFriction(bool slips, vec3 stopping, float push) {
+  float size = Length(stopping);
+  precise float limit = (slips ? contact.friction_dynamic : contact.friction_static) * push;
+  if (size <= limit) return stopping;
+  precise vec3 least = stopping * Quotient(limit, size);
+  return least;
+}
+
+float WeightPush() {
+  precise float push = contact.gravity * cloth.step.h;
+  return push;
 }
 
 // By which a particle's vector changes where opposite impulses change the weighted sum of the pair.
@@ -193,7 +278,21 @@ float SolvePair(uint k) {
     error = Dot(normal, Weighted(weights, base) + move) - PairNumber(kFloorField, k);
   }
   float before = PairNumber(kPushField, k);
-  if (error >= 0.0 && before == 0.0) return 0.0;
+  if (before == 0.0 && (error >= 0.0 || (flags & kCovered) != 0u)) return 0.0;
+  if (error < 0.0 && (flags & kResting) == 0u && IsAtBorder(weights)) {
+    // A normal that leans over a border is true only where it was found: the distance at the end counts, if that is
+    // still on the same side.
+    precise vec3 end_a = base.a + interval * u.a;
+    precise vec3 end_b = base.b + interval * u.b;
+    precise vec3 end_c = base.c + interval * u.c;
+    precise vec3 end_d = base.d + interval * u.d;
+    vec3 difference = Closest((flags & kAreEdges) != 0u, Corners(end_a, end_b, end_c, end_d)).difference;
+    if (Dot(normal, difference) > 0.0) {
+      precise float true_error = Length(difference) - PairNumber(kFloorField, k);
+      error = max(error, true_error);
+    }
+    if (error >= 0.0 && before == 0.0) return 0.0;
+  }
   precise float wanted = before - Quotient(error, interval);
   float push = max(wanted, 0.0);
   precise float change = push - before;
@@ -209,7 +308,7 @@ float SolvePair(uint k) {
 #endif
     vec3 tangent_before = PairVector(kTangentField, k);
     precise vec3 stopping = tangent_before - sliding;
-    vec3 tangent = PairFriction(stopping, whole);
+    vec3 tangent = PairFriction(Slips(PairNumber(kSlidingField, k), max(whole, WeightPush())), stopping, whole);
     velocity_change += tangent - tangent_before;
     SetPairVector(kTangentField, k, tangent);
   }

@@ -104,6 +104,8 @@ const uint kActive = 4u;     // looked at in this substep
 const uint kResting = 8u;    // at its floor when the substep begins, to rounding
 const uint kHit = 16u;       // pushed by this substep's impulses or its guard
 const uint kHasPlanes = 32u;
+const uint kCovered = 64u;   // a triangle beside is nearer: no impulses
+const uint kLands = 128u;    // faster than what rests when the substep begins
 
 const uint kFlagsField = 4u;
 const uint kTouchField = 5u;
@@ -114,6 +116,7 @@ const uint kGapField = 14u;
 const uint kFloorField = 15u;
 const uint kPushField = 16u;
 const uint kTangentField = 17u;
+const uint kSlidingField = 20u;
 
 // Pairs are stored number by number: neighbours in the list are neighbours in memory.
 uint PairWord(uint field, uint k) { return contact.pairs + field * contact.capacity + k; }

@@ -80,7 +80,7 @@ TEST_P(SelfCollision, ASheetDrapedOverASphereThatVanishesPilesUp) {
   scene.parameters.colliders.pop_back();
   Change(cloth, scene.parameters);
   const StepReport report = StepWithoutCrossing(cloth, scene, 50);
-  EXPECT_GT(report.measured.near_pairs, 50u);
+  EXPECT_GT(report.measured.near_pairs, 20u) << "it lies flat";
 }
 
 // Where layers hit each other hard, the links get sweeps of their own in the same substep. Without
@@ -261,19 +261,21 @@ TEST_P(SelfCollision, ACrumplingSheetKeepsItsMomentumAndGainsNoEnergy) {
   }
 }
 
-// Sheets one above the other, as one cloth.
-Scene Layers(uint32_t layers, uint32_t side, double size_m, double spacing_m,
-             bool is_first_pinned) {
+// Sheets one above the other, as one cloth; the first may be larger than the others, around them.
+Scene Layers(uint32_t layers, uint32_t side, double size_m, double spacing_m, bool is_first_pinned,
+             double first_scale = 1) {
   TriangleMesh mesh;
   ModelDescription description;
   for (uint32_t layer = 0; layer < layers; ++layer) {
     const uint32_t first = layer * side * side;
     for (uint32_t i = 0; i < side * side; ++i) {
       const uint32_t column = i % side, row = i / side;
+      const double scale = layer == 0 ? first_scale : 1;
+      const double start_m = size_m * (1 - scale) / 2;
       // Sheets are shifted, so that no vertex lies above another.
-      mesh.positions_m.emplace_back(size_m * (column + 0.3 * (layer % 2)) / (side - 1),
-                                    spacing_m * layer,
-                                    size_m * (row + 0.2 * (layer % 2)) / (side - 1));
+      mesh.positions_m.emplace_back(
+          start_m + scale * size_m * (column + 0.3 * (layer % 2)) / (side - 1), spacing_m * layer,
+          start_m + scale * size_m * (row + 0.2 * (layer % 2)) / (side - 1));
       if (layer == 0 && is_first_pinned) description.pinned_particles.push_back(i);
       if (column + 1 == side || row + 1 == side) continue;
       const uint32_t a = first + i;
@@ -311,38 +313,54 @@ TEST_P(SelfCollision, LayersRestOneThicknessApart) {
   }
 }
 
-// A sheet on a pinned one, on a slope whose tangent is a little below or above the coefficient.
+// A sheet on a pinned one, on a slope whose tangent is a little below or above the static
+// coefficient. (Any layers: layer_friction_test.)
 TEST_P(SelfCollision, ALayerSticksBelowItsFrictionAndSlidesAboveIt) {
   constexpr uint32_t kSide = 6;
-  constexpr double kFriction = 0.4, kTime_s = 0.5;
+  constexpr double kFriction = 0.4, kTime_s = 0.4;
   constexpr double kMargin = 0.02;
   for (const double share : {1 - kMargin, 1 + kMargin}) {
-    // Described farther apart, so that they count as apart in the rest shape.
-    Scene scene = Layers(2, kSide, 0.2, 2 * kLayerThickness_m, true);
-    for (Vector3d& p : scene.state.positions_m) p.y() /= 2;
-    Touch(scene, 0, 52);
-    TouchItself(scene);
-    scene.parameters.self_collision->friction_static = kFriction;
-    scene.parameters.self_collision->friction_dynamic = kFriction;
-    const double slope = std::atan(kFriction * share);
-    scene.parameters.gravity_m_per_s2 = 9.81 * Vector3d(std::sin(slope), -std::cos(slope), 0);
-    const ClothHandle cloth = Make(scene);
-    const auto place = [&] {
-      double sum = 0;
-      const ParticleState state = ReadState(backend(), cloth);
-      for (uint32_t i = 0; i < kSide * kSide; ++i) sum += state.positions_m[kSide * kSide + i].x();
-      return sum / (kSide * kSide);
-    };
-    const double before = place();
-    StepWithoutCrossing(cloth, scene, static_cast<uint32_t>(kTime_s * 60));
-    const double way = place() - before;
-    const double expected =
-        share < 1 ? 0
-                  : 9.81 / 2 * (std::sin(slope) - kFriction * std::cos(slope)) * kTime_s * kTime_s;
-    // In single precision what sticks creeps: gaps and links are rounded to some per cent of the
-    // way that gravity gives in a substep.
-    const double creep_m_per_s = scalar() == ScalarType::kFloat64 ? 2e-4 : 2e-3;
-    EXPECT_NEAR(way, expected, share < 1 ? creep_m_per_s * kTime_s : 0.15 * expected) << share;
+    for (const double dynamic : {1.0, 0.5}) {
+      // Described farther apart, so that they count as apart in the rest shape.
+      Scene scene = Layers(2, kSide, 0.2, 2 * kLayerThickness_m, true, 3.2);
+      for (Vector3d& p : scene.state.positions_m) p.y() /= 2;
+      Touch(scene, 0, 52);
+      TouchItself(scene);
+      scene.parameters.self_collision->friction_static = kFriction;
+      scene.parameters.self_collision->friction_dynamic = kFriction * dynamic;
+      const double slope = std::atan(kFriction * share);
+      scene.parameters.gravity_m_per_s2 = 9.81 * Vector3d(std::sin(slope), -std::cos(slope), 0);
+      const ClothHandle cloth = Make(scene);
+      struct Motion {
+        double place_m = 0, speed = 0;
+      };
+      const auto motion = [&] {
+        Motion mean;
+        const ParticleState state = ReadState(backend(), cloth);
+        for (uint32_t i = kSide * kSide; i < 2 * kSide * kSide; ++i) {
+          mean.place_m += state.positions_m[i].x() / (kSide * kSide);
+          mean.speed += state.velocities_m_per_s[i].x() / (kSide * kSide);
+        }
+        return mean;
+      };
+      const auto half = static_cast<uint32_t>(kTime_s / 2 * 60);
+      StepWithoutCrossing(cloth, scene, half);
+      const Motion middle = motion();
+      StepWithoutCrossing(cloth, scene, half);
+      const Motion end = motion();
+      SCOPED_TRACE("slope " + std::to_string(share) + ", dynamic " + std::to_string(dynamic));
+      if (share < 1) {
+        // In single precision what sticks creeps: gaps and links are rounded to some per cent of
+        // the way that gravity gives in a substep.
+        const double creep_m_per_s = scalar() == ScalarType::kFloat64 ? 2e-4 : 1e-3;
+        EXPECT_NEAR(end.place_m, middle.place_m, creep_m_per_s * kTime_s / 2);
+      } else {
+        const double free = 9.81 * std::sin(slope);
+        // Half of what two per cent of a coefficient change.
+        EXPECT_NEAR((end.speed - middle.speed) / (kTime_s / 2), free * (1 - dynamic / share),
+                    0.01 * free);
+      }
+    }
   }
 }
 

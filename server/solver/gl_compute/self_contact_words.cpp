@@ -85,6 +85,26 @@ void PackNeighbours(const ContactSurface& surface, shader::SelfContactRecord& re
   }
 }
 
+// The other two corners of each triangle at a particle.
+void PackCornersAround(const ContactSurface& surface, shader::SelfContactRecord& record,
+                       std::vector<uint32_t>& words) {
+  record.around_offsets = Position(words);
+  uint32_t offset = 0;
+  for (uint32_t i = 0; i < surface.particle_count(); ++i) {
+    words.push_back(offset);
+    const auto count = static_cast<uint32_t>(surface.corners_around(i).size());
+    offset += count;
+    record.most_around = std::max(record.most_around, count);
+  }
+  words.push_back(offset);
+  record.corners_around = Position(words);
+  for (uint32_t i = 0; i < surface.particle_count(); ++i) {
+    for (const auto& others : surface.corners_around(i)) {
+      words.insert(words.end(), others.begin(), others.end());
+    }
+  }
+}
+
 }  // namespace
 
 static_assert(offsetof(shader::SelfContactRecord, capacity) ==
@@ -131,6 +151,7 @@ shader::SelfContactRecord PackSurface(const ContactSurface& surface, std::vector
     words.insert(words.end(), tree.levels()[level].begin(), tree.levels()[level].end());
   }
   PackNeighbours(surface, record, words);
+  PackCornersAround(surface, record, words);
   return record;
 }
 
@@ -177,7 +198,8 @@ shader::SelfContactRecord PlacedSelfContacts(const shader::SelfContactRecord& re
   for (uint32_t Record::*const place :
        {&Record::rest_positions, &Record::vertices, &Record::edges, &Record::triangles,
         &Record::nodes, &Record::levels, &Record::level_nodes, &Record::corners,
-        &Record::neighbour_offsets, &Record::neighbours}) {
+        &Record::neighbour_offsets, &Record::neighbours, &Record::around_offsets,
+        &Record::corners_around}) {
     placed.*place += places.models;
   }
   placed.crossing_flags = places.parameters + kSelfContactRecordWords;

@@ -21,6 +21,7 @@ struct ContactPair {
   bool has_hit = false;        // pushed by this substep's impulses or its guard
   bool is_active = false;      // looked at in this substep
   bool is_resting = false;     // at its floor when the substep begins, to rounding
+  bool lands = false;          // faster than what rests, when the substep begins
   uint32_t found_in = 0;       // substep of the last FindNormal, from 1
   Real touch;                  // distance at which it touches [m]
   // At the start of the substep: the unit vector from the second primitive to the first, the
@@ -30,10 +31,20 @@ struct ContactPair {
   std::array<Real, 4> weights{};
   Real inverse_mass = 0;
   Real gap = 0;
-  Real floor = 0;  // smallest difference along the normal that the end may have [m]
+  Real floor = 0;          // smallest difference along the normal that the end may have [m]
+  Real sliding_speed = 0;  // when the substep begins; 0 of what lands [m/s]
   // Accumulated impulses of the substep, as changes of the relative velocity [m/s].
   Real push = 0;
   V tangent{};
+
+  // Before the pair is looked at in a substep.
+  void Reset() {
+    push = 0;
+    tangent = V{};
+    has_hit = false;
+    lands = false;
+    sliding_speed = 0;
+  }
 };
 
 // The corners of a pair.

@@ -60,6 +60,7 @@ ContactSurface::ContactSurface(const SceneModel& model)
     rest_heights_.push_back(longest > 0 ? double_area / longest : 0);
   }
   FindEdges();
+  FindCornersAround();
   GrowPatches();
   FindNeighbours();
   FindSurroundings();
@@ -70,6 +71,7 @@ ContactSurface::ContactSurface(const SceneModel& model)
 ContactSurface::ContactSurface(std::span<const SurfaceMember> members) {
   neighbour_offsets_.push_back(0);
   for (const SurfaceMember& member : members) Append(member);
+  FindCornersAround();
   FindSurroundings();
   JoinTrees(members);
 }
@@ -177,6 +179,22 @@ void ContactSurface::FindEdges() {
     edges_.insert(edges_.end(), {Edge(i, j), Edge(j, k), Edge(k, i)});
   }
   SortUnique(edges_);
+}
+
+void ContactSurface::FindCornersAround() {
+  corners_around_offsets_.assign(rest_positions_.size() + 1, 0);
+  for (const auto& triangle : triangles_) {
+    for (const uint32_t i : triangle) ++corners_around_offsets_[i + 1];
+  }
+  std::partial_sum(corners_around_offsets_.begin(), corners_around_offsets_.end(),
+                   corners_around_offsets_.begin());
+  corners_around_.resize(3 * triangles_.size());
+  std::vector<uint32_t> next(corners_around_offsets_.begin(), corners_around_offsets_.end() - 1);
+  for (const auto& [i, j, k] : triangles_) {
+    corners_around_[next[i]++] = {j, k};
+    corners_around_[next[j]++] = {k, i};
+    corners_around_[next[k]++] = {i, j};
+  }
 }
 
 // Each patch grows from its first triangle by the neighbour nearest to that.

@@ -122,6 +122,12 @@ class ContactSurface {
   }
   // Of one cloth that is one.
   const std::optional<self_contact::FlatSheet>& flat_sheet() const { return flat_sheet_; }
+  // The other two corners of each triangle at a particle.
+  std::span<const std::array<uint32_t, 2>> corners_around(uint32_t particle) const {
+    return std::span(corners_around_)
+        .subspan(corners_around_offsets_[particle],
+                 corners_around_offsets_[particle + 1] - corners_around_offsets_[particle]);
+  }
   // Height of a triangle above its longest edge in the rest shape [m].
   double rest_height_m(uint32_t triangle) const { return rest_heights_[triangle]; }
 
@@ -135,6 +141,7 @@ class ContactSurface {
   }
   // The steps of construction, in this order.
   void FindEdges();
+  void FindCornersAround();
   void GrowPatches();
   void FillPatches(const std::vector<std::vector<uint32_t>>& triangles_of_patches);
   void FindNeighbours();
@@ -148,6 +155,8 @@ class ContactSurface {
   std::vector<std::array<uint32_t, 3>> triangles_;
   std::vector<double> rest_heights_;
   std::vector<std::array<uint32_t, 2>> edges_;
+  std::vector<std::array<uint32_t, 2>> corners_around_;
+  std::vector<uint32_t> corners_around_offsets_;  // [particle_count + 1]
   std::vector<ContactPatch> patches_;
   std::vector<self_contact::Box<self_contact::Vector3d>> rest_boxes_;  // [patch_count]
   std::vector<uint32_t> patch_triangles_, patch_edges_, patch_vertices_, patch_corners_;

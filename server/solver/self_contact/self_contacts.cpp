@@ -51,8 +51,7 @@ bool SelfContacts<V>::Begin(const ContactSurface& surface, const StepNumbers<V>&
   is_crossing_.clear();
   active_.clear();
   active_lists_.clear();
-  has_friction_ = std::ranges::any_of(numbers.frictions,
-                                      [](const auto& friction) { return friction.statics > 0; });
+  impulses_.Begin(surface, numbers_);
   lists_.Begin(surface, numbers.thicknesses, numbers.edge_length, is_crossing_,
                kMostPairsPerParticle * surface.particle_count());
   normal_substeps_ = 1 + static_cast<uint32_t>(static_cast<Real>(kNormalAge_s) / substep_s_);
@@ -100,6 +99,7 @@ void SelfContacts<V>::Find(std::span<const V> positions, std::span<const V> velo
   Wake(positions, {.factor = static_cast<Real>(kWayMargin),
                    .addend = numbers_.gravity * substep_s_ * substep_s_,
                    .substeps = numbers_.substeps - substep_ + 1});
+  if (!active_.empty()) impulses_.BeginSubstep(substep_, velocities);
 }
 
 // Neighbours that flutter against each other stay where they are: the mean over them tells better
@@ -222,14 +222,12 @@ void SelfContacts<V>::LookAtDue(std::span<const V> starts) {
   for (auto& pairs : turned_) pairs.clear();
   for (const auto& due : lists_.due()) {
     ContactPair<V>& pair = lists_.pairs()[due.pair];
-    pair.push = 0;
-    pair.tangent = V{};
-    pair.has_hit = false;
+    pair.Reset();
     if (pair.is_left_alone) continue;
     if (pair.found_in > 0 && substep_ < pair.found_in + normal_substeps_) {
       pair.gap = GapAlong(pair.kind, CornersOf(pair, starts.data()), pair.normal);
       if (pair.gap > pair.touch / 2) {
-        EndLook(pair, true, starts);
+        impulses_.BeginPair(pair, true, starts.data());
         continue;
       }
     }
@@ -247,73 +245,10 @@ void SelfContacts<V>::FindNormalsOf(PairKind kind, std::span<const V> starts) {
     const uint32_t are_apart = FindNormals(starts.data(), numbers_.inverse_masses, kind, some);
     for (size_t k = 0; k < some.size(); ++k) {
       some[k]->found_in = substep_;
-      EndLook(*some[k], (are_apart >> k & 1) != 0, starts);
+      impulses_.BeginPair(*some[k], (are_apart >> k & 1) != 0, starts.data());
     }
     pairs = pairs.subspan(some.size());
   }
-}
-
-template <class V>
-void SelfContacts<V>::EndLook(ContactPair<V>& pair, bool is_apart,
-                              std::span<const V> starts) const {
-  pair.is_left_alone = !is_apart;
-  pair.floor = std::min(pair.touch, pair.gap + numbers_.depenetration_speed * substep_s_);
-  const V first = starts[pair.particles[0]];
-  const Real size = std::abs(first[0]) + std::abs(first[1]) + std::abs(first[2]);
-  const Real rounding =
-      numbers_.touch_round_offs * std::numeric_limits<Real>::epsilon() * (size + pair.touch);
-  pair.is_resting =
-      std::abs(Dot(pair.normal, Weighted(pair, starts.data())) - pair.touch) < rounding;
-}
-
-template <class V>
-FrictionNumbers<ScalarOf<V>> SelfContacts<V>::FrictionOf(const ContactPair<V>& pair) const {
-  const uint32_t member = surface_->member_of_particle(pair.particles[0]);
-  const uint32_t other = surface_->member_of_particle(pair.particles[3]);
-  const FrictionNumbers<Real>& a = numbers_.frictions[member];
-  if (member == other) return a;
-  const FrictionNumbers<Real>& b = numbers_.frictions[other];
-  return {std::sqrt(a.statics * b.statics), std::sqrt(a.dynamics * b.dynamics)};
-}
-
-// Coulomb's law: the impulse across the normal that static friction can exert, or the dynamic one.
-template <class V>
-static V Friction(const FrictionNumbers<ScalarOf<V>>& friction, const V& wanted, ScalarOf<V> push) {
-  const ScalarOf<V> size = Length(wanted);
-  if (size <= friction.statics * push) return wanted;
-  return wanted * (friction.dynamics * push / size);
-}
-
-template <class V>
-bool SelfContacts<V>::SolvePush(ContactPair<V>& pair, const V* starts, const V* base, V* u,
-                                Real interval, Real least_change) {
-  const V move = interval * Weighted(pair, static_cast<const V*>(u));
-  // Of what rests the way counts, with all its digits: the height is rounded to some per cent of
-  // the way that gravity gives in a short substep.
-  const Real error = pair.is_resting
-                         ? Dot(pair.normal, V(WeightedChange(pair, starts, base) + move))
-                         : Dot(pair.normal, V(Weighted(pair, base) + move)) - pair.floor;
-  if (error >= 0 && pair.push == 0) return false;
-  const Real push = std::max(pair.push - error / interval, Real{0});
-  const Real change = push - pair.push;
-  pair.push = push;
-  V velocity_change = change * pair.normal;
-  if (has_friction_) {
-    const V relative = Weighted(pair, static_cast<const V*>(u)) + velocity_change;
-    const Real normal_speed = Dot(relative, pair.normal);
-    const V sliding = relative - normal_speed * pair.normal;
-    // With two steps nothing is left of the speed along the normal (StopTouching).
-    const Real whole = numbers_.has_two_steps ? std::max(push - normal_speed, Real{0}) : push;
-    const V tangent = Friction(FrictionOf(pair), V(pair.tangent - sliding), whole);
-    velocity_change += tangent - pair.tangent;
-    pair.tangent = tangent;
-  }
-  Apply(pair, velocity_change, numbers_.inverse_masses, u);
-  Pull(pair, velocity_change, numbers_.inverse_masses, numbers_.pulls.now);
-  pair.has_hit |= push > 0;
-  const Real squared_change = SquaredLength(velocity_change);
-  hardest_hit_ = std::max(hardest_hit_, squared_change);
-  return squared_change > least_change * least_change;
 }
 
 template <class V>
@@ -324,7 +259,9 @@ bool SelfContacts<V>::Solve(const V* starts, const V* base, V* u, Real interval,
   for (const uint32_t k : active_) {
     ContactPair<V>& pair = lists_.pairs()[k];
     if (pair.is_left_alone || pair.inverse_mass == 0) continue;
-    has_changed |= SolvePush(pair, starts, base, u, interval, least_change);
+    const Real squared_change = impulses_.Push(pair, {starts, base, u, interval});
+    hardest_hit_ = std::max(hardest_hit_, squared_change);
+    has_changed |= squared_change > least_change * least_change;
   }
   hardest_hit_ = interval * std::sqrt(hardest_hit_);
   return has_changed;
@@ -373,7 +310,7 @@ bool SelfContacts<V>::Guard(const typename PlanarGuard<V>::Motion& motion) {
     if (!guard_.has_changed() && !has_drifted) break;
   }
   lists_.Advance();
-  StopTouching(motion, !motion.previous_velocities.empty());
+  impulses_.Stop(lists_.pairs(), active_, motion);
   return is_apart;
 }
 
@@ -411,45 +348,6 @@ bool SelfContacts<V>::GuardFar(const typename PlanarGuard<V>::Motion& motion) {
   active_.clear();
   active_lists_.clear();
   return !has_pins;
-}
-
-// What touches has no velocity along the normal, and friction has its part of the impulse. With two
-// steps the difference over two substeps remembers the velocity before a hit: what hits goes on as
-// if it had always had the velocity that the hit left.
-template <class V>
-void SelfContacts<V>::StopTouching(const typename PlanarGuard<V>::Motion& motion,
-                                   bool has_history) {
-  V* const velocities = motion.velocities.data();
-  for (const uint32_t k : active_) {
-    ContactPair<V>& pair = lists_.pairs()[k];
-    if (!pair.has_hit || pair.inverse_mass == 0 || pair.is_left_alone) continue;
-    const V relative = Weighted(pair, static_cast<const V*>(velocities));
-    const Real speed = Dot(relative, pair.normal);
-    // No more than the pair itself has pushed is taken back.
-    const Real change = std::max(-speed, -pair.push);
-    V velocity_change = change * pair.normal;
-    if (has_friction_) {
-      const V sliding = relative - speed * pair.normal;
-      velocity_change += Friction(FrictionOf(pair), V(pair.tangent - sliding),
-                                  std::max(pair.push + change, Real{0})) -
-                         pair.tangent;
-    }
-    Apply(pair, velocity_change, numbers_.inverse_masses, velocities);
-    Pull(pair, velocity_change, numbers_.inverse_masses, numbers_.pulls.now);
-    if (!has_history) continue;
-    const V before = Weighted(pair, static_cast<const V*>(motion.previous_velocities.data()));
-    if (-Dot(before, pair.normal) <=
-        numbers_.slowest_landing + numbers_.grazing_sine * Length(before)) {
-      continue;
-    }
-    const V after = relative + velocity_change;
-    Apply(pair, V(after - before), numbers_.inverse_masses, motion.previous_velocities.data());
-    Pull(pair, V(before - after), numbers_.inverse_masses, numbers_.pulls.in_memory);
-    const V way = Weighted(pair, static_cast<const V*>(motion.ends.data())) -
-                  Weighted(pair, static_cast<const V*>(motion.previous_positions.data()));
-    Apply(pair, V(way - substep_s_ * after), numbers_.inverse_masses,
-          motion.previous_positions.data());
-  }
 }
 
 template class SelfContacts<Vector3f>;

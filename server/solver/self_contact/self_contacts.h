@@ -11,9 +11,11 @@
 #include "server/solver/self_contact/contact_lists.h"
 #include "server/solver/self_contact/contact_pair.h"
 #include "server/solver/self_contact/contact_surface.h"
+#include "server/solver/self_contact/pair_impulses.h"
 #include "server/solver/self_contact/pair_search.h"
 #include "server/solver/self_contact/patch_search.h"
 #include "server/solver/self_contact/planar_guard.h"
+#include "server/solver/self_contact/step_numbers.h"
 
 namespace drape::self_contact {
 
@@ -22,33 +24,6 @@ namespace drape::self_contact {
 // next substep. Larger: cloth is strained where layers hit each other; smaller: time.
 inline constexpr double kHardHit = 1e-2;
 inline constexpr uint32_t kHitSweeps = 2;
-
-// Of a pair of one cloth.
-template <class Real>
-struct FrictionNumbers {
-  Real statics = 0, dynamics = 0;
-};
-
-// What a step needs to know of the cloth, or of all cloths of a world.
-template <class V>
-struct StepNumbers {
-  using Real = ScalarOf<V>;
-
-  Thicknesses<Real> thicknesses{};
-  // [member_count]; between two cloths the geometric mean.
-  std::span<const FrictionNumbers<Real>> frictions{};
-  Real depenetration_speed = 0;  // kMaxDepenetrationSpeed_m_per_s
-  Real gravity = 0;              // its length [m/s^2]
-  Real slowest_landing = 0;      // SlowestLanding [m/s]
-  Real grazing_sine = 0;         // kGrazingSine
-  Real touch_round_offs = 0;     // kTouchRoundOffs
-  Real edge_length = 0;          // of a typical edge [m]
-  Real time_step = 0;            // [s]
-  uint32_t substeps = 1;
-  bool has_two_steps = false;
-  std::span<const Real> inverse_masses;  // [particle_count] [1/kg]
-  HeldPulls<V> pulls{};
-};
 
 // Working memory between steps; a step depends on its arguments alone. One thread.
 template <class V>
@@ -111,16 +86,10 @@ class SelfContacts {
   // Of the pairs that are due.
   void LookAtDue(std::span<const V> starts);
   void FindNormalsOf(PairKind kind, std::span<const V> starts);
-  void EndLook(ContactPair<V>& pair, bool is_apart, std::span<const V> starts) const;
-  bool SolvePush(ContactPair<V>& pair, const V* starts, const V* base, V* u, Real interval,
-                 Real least_change);
-  FrictionNumbers<Real> FrictionOf(const ContactPair<V>& pair) const;
-  void StopTouching(const typename PlanarGuard<V>::Motion& motion, bool has_history);
   bool GuardFar(const typename PlanarGuard<V>::Motion& motion);
 
   const ContactSurface* surface_ = nullptr;
   StepNumbers<V> numbers_;
-  bool has_friction_ = false;  // any of them
   Real substep_s_ = 0;
   uint32_t substep_ = 0;           // the one under way, from 1
   std::vector<bool> is_crossing_;  // of particles of edges and triangles that crossed; or empty
@@ -129,9 +98,12 @@ class SelfContacts {
   std::vector<CandidatePair<V>> near_pairs_;
   std::vector<PatchPair> patch_pairs_;
   ContactLists<V> lists_;
+  PairImpulses<V> impulses_;
   std::vector<uint32_t> active_;        // pairs of the substep
   std::vector<uint32_t> active_lists_;  // of each of them
   std::vector<Real> active_ways_;
+  std::vector<V> start_velocities_;  // of the substep, where pairs are active and rub
+  std::vector<uint32_t> landed_;     // pairs of the substep
   std::array<std::vector<ContactPair<V>*>, 2> turned_;  // by kind: those that need a new normal
   Real hardest_hit_ = 0;          // largest change of a predicted difference in the last sweep [m]
   uint32_t normal_substeps_ = 1;  // for which a normal is used
