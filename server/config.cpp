@@ -151,6 +151,10 @@ void AddLimits(CLI::App& app, Config& config) {
             config.max_particle_substeps_per_s_per_tenant, 0.0, 1e18,
             "stepped for a tenant, beyond a second's worth at once; more waits; 0: no limit. "
             "The token file may name others");
+  AddNumber(app, "--max-builder-s-per-s-per-tenant", config.max_builder_s_per_s_per_tenant, 0.0,
+            1e6,
+            "seconds of builder threads per second, beyond a minute's worth at once; more is "
+            "refused until later; 0: no limit. The token file may name others");
   AddNumber(app, "--max-cloths-per-session", sessions.max_cloths_per_session, 1u, kMaxCount, "");
   AddNumber<uint64_t>(app, "--max-particles-per-session", sessions.max_particles_per_session, 1,
                       UINT64_MAX / 2, "");

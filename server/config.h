@@ -43,6 +43,8 @@ struct Config {
   uint32_t keepalive_timeout_ms = 10'000;
   // Of each tenant without a rate of its own [particle-substeps/s]; 0: no limit (rate_quota.h).
   double max_particle_substeps_per_s_per_tenant = 0;
+  // Seconds of builder threads per second, likewise (api/build_queue.h).
+  double max_builder_s_per_s_per_tenant = 1;
   uint32_t max_connections = 4096;          // more are refused at once (accept_guard.h)
   uint32_t max_connections_per_peer = 256;  // but this machine
   uint32_t max_calls_per_connection = 256;

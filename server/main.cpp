@@ -5,6 +5,7 @@
 
 #include "server/api/accept_guard.h"
 #include "server/api/admin_service.h"
+#include "server/api/build_queue.h"
 #include "server/api/grpc_server.h"
 #include "server/api/library_logs.h"
 #include "server/api/lock_checks.h"
@@ -54,7 +55,8 @@ Status Serve(Config config, const std::vector<std::string>& arguments) {
   auto scheduler =
       Scheduler::Start([&] { return MakeBackend(config, gl_context); }, config.scheduler, clock);
   if (!scheduler.ok()) return scheduler.status();
-  (*scheduler)->rates().Set(RatesOf(config, authentication->get()));
+  const auto build_quota = std::make_shared<api::BuildQuota>(clock);
+  SetRates(config, authentication->get(), (*scheduler)->rates(), build_quota->rates);
   render::RenderThread pictures([&] { return MakeRenderer(config, gl_context); }, config.pictures);
   const PatientClock lease_clock(clock);
   SessionRegistry sessions(**scheduler, WithTenantLimits(config.sessions), lease_clock,
@@ -62,16 +64,15 @@ Status Serve(Config config, const std::vector<std::string>& arguments) {
                            !config.server_id.empty());
   api::WorkerPool builders(config.builder_threads, config.max_queued_builds);
   const auto unread = api::MakeUnreadBudget(config.requests);
-  const api::ServiceContext parts{**scheduler, sessions,        builders,      pictures,
-                                  clock,       config.requests, DRAPE_VERSION, incarnation,
-                                  unread,      *authentication};
+  api::ServiceContext parts{**scheduler,     sessions,      builders,    pictures, clock,
+                            config.requests, DRAPE_VERSION, incarnation, unread,   *authentication};
+  parts.build_quota = build_quota;
   api::SimulationService service(parts);
   CheckpointKeeper checkpoints(config.checkpoints, sessions, **scheduler, config.requests,
                                DRAPE_VERSION, incarnation);
   const auto numbers = [&] {
-    ServerNumbers now = NumbersOf(**scheduler, sessions);
+    ServerNumbers now = NumbersOf(parts);
     now.server_id = config.server_id.empty() ? incarnation : config.server_id;
-    now.queued_builds = builders.queued_count();
     now.unread_bytes = unread->used_bytes();
     now.runs = parts.streams->runs;
     now.run_steps_dropped = parts.streams->run_steps_dropped;
@@ -106,7 +107,7 @@ Status Serve(Config config, const std::vector<std::string>& arguments) {
     handling.Replace([&] {
       return FormerRun{{}, backend.is_hardware_gpu, (*server)->port(), NamesOf(sessions)};
     });
-    const int signal = WaitForStop(config, **scheduler, authentication->get());
+    const int signal = WaitForStop(config, **scheduler, build_quota->rates, authentication->get());
     guard.emplace(StopSignals(),
                   milliseconds(config.drain_grace_ms) + kStopPatience +
                       (checkpoints.is_on() ? kWritePatience : milliseconds(0)),

@@ -13,7 +13,8 @@ namespace {
 constexpr time_t kStatisticsPeriod_s = 10;
 
 // A file that cannot be used leaves the tokens as they are.
-void ReloadTokens(const Config& config, Scheduler& scheduler, api::Authentication* authentication) {
+void ReloadTokens(const Config& config, Scheduler& scheduler, RateQuota& builder_rates,
+                  api::Authentication* authentication) {
   if (authentication == nullptr || !authentication->has_tokens()) {
     return spdlog::info("signal_ignored signal=SIGHUP");
   }
@@ -23,7 +24,7 @@ void ReloadTokens(const Config& config, Scheduler& scheduler, api::Authenticatio
   }
   spdlog::info("tokens_read count={}", tokens->token_count());
   authentication->Replace(std::move(tokens).value());
-  scheduler.rates().Set(RatesOf(config, authentication));
+  SetRates(config, authentication, scheduler.rates(), builder_rates);
 }
 
 // Those, and the ones that ask for something else.
@@ -61,13 +62,14 @@ void TakeSignals() {
   std::signal(SIGPIPE, SIG_IGN);
 }
 
-int WaitForStop(const Config& config, Scheduler& scheduler, api::Authentication* authentication) {
+int WaitForStop(const Config& config, Scheduler& scheduler, RateQuota& builder_rates,
+                api::Authentication* authentication) {
   const sigset_t signals = AwaitedSignals();
   const timespec period{kStatisticsPeriod_s, 0};
   while (true) {
     const int signal = sigtimedwait(&signals, nullptr, &period);
     if (signal == SIGINT || signal == SIGTERM || signal == SIGUSR2) return signal;
-    if (signal == SIGHUP) ReloadTokens(config, scheduler, authentication);
+    if (signal == SIGHUP) ReloadTokens(config, scheduler, builder_rates, authentication);
     LogStatistics(signal == SIGUSR1 ? spdlog::level::info : spdlog::level::debug, scheduler);
   }
 }

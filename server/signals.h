@@ -21,6 +21,7 @@ void TakeSignals();
 // to servers that shall read their files again, and when a terminal is closed; neither ends this
 // one. A token file that cannot be used leaves the tokens as they are. `authentication`: null
 // without tokens.
-int WaitForStop(const Config& config, Scheduler& scheduler, api::Authentication* authentication);
+int WaitForStop(const Config& config, Scheduler& scheduler, RateQuota& builder_rates,
+                api::Authentication* authentication);
 
 }  // namespace drape

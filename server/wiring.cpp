@@ -16,6 +16,7 @@
 #include <utility>
 
 #include "server/api/accept_guard.h"
+#include "server/api/build_queue.h"
 #include "server/api/tls_files.h"
 
 namespace drape {
@@ -78,13 +79,18 @@ void RememberLost(const std::vector<std::pair<std::string, std::string>>& names,
   }
 }
 
-RateLimits RatesOf(const Config& config, const api::Authentication* authentication) {
-  RateLimits limits;
-  limits.per_tenant = config.max_particle_substeps_per_s_per_tenant;
-  if (authentication == nullptr) return limits;
-  limits.of_tenant = authentication->rates();
-  limits.weights = authentication->weights();
-  return limits;
+void SetRates(const Config& config, const api::Authentication* authentication, RateQuota& steps,
+              RateQuota& builders) {
+  RateLimits of_steps, of_builders;
+  of_steps.per_tenant = config.max_particle_substeps_per_s_per_tenant;
+  of_builders.per_tenant = config.max_builder_s_per_s_per_tenant;
+  if (authentication != nullptr) {
+    of_steps.of_tenant = authentication->rates();
+    of_steps.weights = authentication->weights();
+    of_builders.of_tenant = authentication->builder_rates();
+  }
+  steps.Set(std::move(of_steps));
+  builders.Set(std::move(of_builders));
 }
 
 Status WritePortFile(const std::string& path, int port) {
@@ -132,7 +138,9 @@ Result<std::unique_ptr<api::GrpcServer>> StartAdmin(const Config& config,
   return server;
 }
 
-ServerNumbers NumbersOf(const Scheduler& scheduler, const SessionRegistry& sessions) {
+ServerNumbers NumbersOf(const api::ServiceContext& parts) {
+  const Scheduler& scheduler = parts.scheduler;
+  const SessionRegistry& sessions = parts.sessions;
   const SchedulerCounters counters = scheduler.counters();
   const ServerTotals totals = sessions.TotalsOfAll();
   ServerNumbers numbers;
@@ -158,6 +166,9 @@ ServerNumbers NumbersOf(const Scheduler& scheduler, const SessionRegistry& sessi
   numbers.remembered_bytes = sessions.remembered_bytes();
   numbers.saved_bytes = sessions.saved_bytes();
   numbers.refused_connections = api::RefusedConnections();
+  numbers.queued_builds = parts.builders.queued_count();
+  numbers.refused_builds = parts.build_quota->refused;
+  for (const RateUse& use : parts.build_quota->rates.Uses()) numbers.builder_s += use.work;
   return numbers;
 }
 

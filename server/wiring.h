@@ -38,8 +38,9 @@ std::vector<std::pair<std::string, std::string>> NamesOf(const SessionRegistry& 
 void RememberLost(const std::vector<std::pair<std::string, std::string>>& names,
                   SessionRegistry& sessions);
 
-// The rates of all tenants; `authentication`: null without tenants.
-RateLimits RatesOf(const Config& config, const api::Authentication* authentication);
+// Sets the rates of all tenants; `authentication`: null without tenants.
+void SetRates(const Config& config, const api::Authentication* authentication, RateQuota& steps,
+              RateQuota& builders);
 
 // A reader sees the whole number or no file. FAILED_PRECONDITION (PORT_FILE_FAILED).
 Status WritePortFile(const std::string& path, int port);
@@ -50,7 +51,7 @@ api::AdminContext ForOperators(const api::ServiceContext& parts, CheckpointKeepe
 Result<std::unique_ptr<api::GrpcServer>> StartAdmin(const Config& config,
                                                     api::AdminService& service);
 
-// What the scheduler and the sessions know; the rest is left.
-ServerNumbers NumbersOf(const Scheduler& scheduler, const SessionRegistry& sessions);
+// What the scheduler, the sessions and the builders know; the rest is left.
+ServerNumbers NumbersOf(const api::ServiceContext& parts);
 
 }  // namespace drape

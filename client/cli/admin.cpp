@@ -63,7 +63,7 @@ int ShowTenants(const AdminOptions& options) {
     return kDone;
   }
   Rows rows = {{"tenant", "sessions", "cloths", "particles", "saved", "answers", "unread", "steps",
-                "builds", "particle-substeps/s", "limit", "wait"}};
+                "builds", "particle-substeps/s", "limit", "wait", "builders", "limit", "wait"}};
   for (const v1::TenantUse& use : tenants) {
     rows.push_back(
         {use.name().empty() ? "(none)" : Printable(use.name()), std::to_string(use.session_count()),
@@ -72,7 +72,10 @@ int ShowTenants(const AdminOptions& options) {
          std::to_string(use.queued_requests()), std::to_string(use.queued_builds()),
          Short(use.particle_substeps_per_s()),
          use.max_particle_substeps_per_s() > 0 ? Short(use.max_particle_substeps_per_s()) : "-",
-         use.rate_wait_s() > 0 ? Short(use.rate_wait_s()) + " s" : "-"});
+         use.rate_wait_s() > 0 ? Short(use.rate_wait_s()) + " s" : "-",
+         Short(use.builder_s_per_s()),
+         use.max_builder_s_per_s() > 0 ? Short(use.max_builder_s_per_s()) : "-",
+         use.builder_wait_s() > 0 ? Short(use.builder_wait_s()) + " s" : "-"});
   }
   PrintTable(rows, 1);
   return kDone;

@@ -9,6 +9,7 @@
 #include <unordered_map>
 #include <utility>
 
+#include "server/api/build_queue.h"
 #include "server/api/unary_call.h"
 #include "server/core/log.h"
 #include "server/core/trace.h"
@@ -41,14 +42,27 @@ v1::TenantUse UseOf(const ServiceContext& parts, const std::string& tenant,
   use.set_cloth_count(totals.totals.cloth_count);
   use.set_particle_count(totals.totals.particle_count);
   use.set_max_particle_substeps_per_s(parts.scheduler.rates().LimitOf(tenant));
+  if (parts.build_quota != nullptr) {
+    use.set_max_builder_s_per_s(parts.build_quota->rates.LimitOf(tenant));
+  }
   for (const std::string& owner : totals.owners) AddOwner(parts, owner, queued, use);
   return use;
 }
 
 void AddRate(const RateUse& rate, v1::TenantUse& use) {
-  use.set_particle_substeps(static_cast<uint64_t>(rate.particle_substeps));
-  use.set_particle_substeps_per_s(rate.particle_substeps_per_s);
+  use.set_particle_substeps(static_cast<uint64_t>(rate.work));
+  use.set_particle_substeps_per_s(rate.work_per_s);
   use.set_rate_wait_s(static_cast<double>(rate.wait_us) / 1e6);
+}
+
+void AddBuilderRate(const RateUse& rate, v1::TenantUse& use) {
+  use.set_builder_s(rate.work);
+  use.set_builder_s_per_s(rate.work_per_s);
+  use.set_builder_wait_s(static_cast<double>(rate.wait_us) / 1e6);
+}
+
+std::vector<RateUse> BuilderUses(const ServiceContext& parts) {
+  return parts.build_quota == nullptr ? std::vector<RateUse>() : parts.build_quota->rates.Uses();
 }
 
 // Length of a recording [s].
@@ -111,7 +125,9 @@ AdminService::Reactor* AdminService::ListTenants(Context* context, const v1::Lis
   const ServiceContext& parts = context_.parts;
   std::map<std::string, TenantTotals> totals = parts.sessions.TotalsByTenant();
   const std::vector<RateUse> rates = parts.scheduler.rates().Uses();
+  const std::vector<RateUse> builder_rates = BuilderUses(parts);
   for (const RateUse& rate : rates) totals[rate.tenant];
+  for (const RateUse& rate : builder_rates) totals[rate.tenant];
   if (parts.authentication != nullptr) {
     for (const std::string& tenant : parts.authentication->tenants()) totals[tenant];
   }
@@ -122,6 +138,7 @@ AdminService::Reactor* AdminService::ListTenants(Context* context, const v1::Lis
     uses[tenant] = UseOf(parts, tenant, of_tenant, queued);
   }
   for (const RateUse& rate : rates) AddRate(rate, uses[rate.tenant]);
+  for (const RateUse& rate : builder_rates) AddBuilderRate(rate, uses[rate.tenant]);
   for (auto& [tenant, use] : uses) *response->add_tenants() = std::move(use);
   return Answer(context, Status::Ok());
 }

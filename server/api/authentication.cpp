@@ -96,6 +96,11 @@ std::unordered_map<std::string, double> Authentication::rates() const {
   return tokens == nullptr ? std::unordered_map<std::string, double>() : tokens->rates();
 }
 
+std::unordered_map<std::string, double> Authentication::builder_rates() const {
+  const std::shared_ptr<const TokenFile> tokens = this->tokens();
+  return tokens == nullptr ? std::unordered_map<std::string, double>() : tokens->builder_rates();
+}
+
 std::unordered_map<std::string, uint32_t> Authentication::weights() const {
   const std::shared_ptr<const TokenFile> tokens = this->tokens();
   return tokens == nullptr ? std::unordered_map<std::string, uint32_t>() : tokens->weights();

@@ -55,8 +55,9 @@ class Authentication {
   bool has_tokens() const;
   // TokenFile::tenants.
   std::set<std::string> tenants() const;
-  // TokenFile::rates, TokenFile::weights.
+  // TokenFile::rates, TokenFile::builder_rates, TokenFile::weights.
   std::unordered_map<std::string, double> rates() const;
+  std::unordered_map<std::string, double> builder_rates() const;
   std::unordered_map<std::string, uint32_t> weights() const;
 
  private:

@@ -1,11 +1,50 @@
 #include "server/api/build_queue.h"
 
+#include <spdlog/fmt/fmt.h>
+
+#include <memory>
 #include <new>
 #include <utility>
 
 #include "server/api/status_mapping.h"
 
 namespace drape::api {
+namespace {
+
+// The time of the builders that one tenant takes.
+class BuildTime {
+ public:
+  // `clock` outlives this.
+  BuildTime(std::shared_ptr<BuildQuota> quota, const Clock& clock, std::string tenant)
+      : quota_(std::move(quota)), clock_(clock), tenant_(std::move(tenant)) {}
+
+  // Whether it may have more of it now.
+  Status Check() const {
+    if (quota_ == nullptr) return Status::Ok();
+    const int64_t wait_us = quota_->rates.WaitUntil_us(tenant_) - clock_.NowUs();
+    if (wait_us <= 0) return Status::Ok();
+    ++quota_->refused;
+    Status status(StatusCode::kResourceExhausted, "BUILD_TIME_EXCEEDED",
+                  fmt::format("max_builder_s_per_s_per_tenant is {:g}: the tenant has had more",
+                              quota_->rates.LimitOf(tenant_)));
+    return status.RetryAfterMs(wait_us / 1000 + 1);
+  }
+
+  template <class Build>
+  void Measure(Build build) const {
+    const int64_t begin_us = clock_.NowUs();
+    build();
+    if (quota_ == nullptr) return;
+    quota_->rates.Charge(tenant_, static_cast<double>(clock_.NowUs() - begin_us) * 1e-6);
+  }
+
+ private:
+  std::shared_ptr<BuildQuota> quota_;
+  const Clock& clock_;
+  std::string tenant_;
+};
+
+}  // namespace
 
 StopReason ClientStopReason(const Clock& clock, const Waiter& waiter) {
   return [&clock, waiter]() -> Status {
@@ -29,16 +68,23 @@ StopReason BuildStopReason(const ServiceContext& context, const Waiter& waiter) 
   };
 }
 
-Status PostBuild(const ServiceContext& context, const std::string& session_name,
-                 const Waiter& waiter, std::function<void(const Status&)> build) {
-  return context.builders.Post(
-      session_name, [stop_reason = BuildStopReason(context, waiter), build = std::move(build)] {
-        try {
-          build(stop_reason());
-        } catch (const std::bad_alloc&) {  // not the end of all others
-          build({StatusCode::kResourceExhausted, "DEVICE_MEMORY", "the memory has no room"});
-        }
-      });
+Status PostBuild(const ServiceContext& context, const Session& session, const Waiter& waiter,
+                 std::function<void(const Status&)> build) {
+  const BuildTime time(context.build_quota, context.clock, session.tenant());
+  DRAPE_RETURN_IF_ERROR(time.Check());
+  return context.builders.Post(session.owner(), [stop_reason = BuildStopReason(context, waiter),
+                                                 time, build = std::move(build)] {
+    Status status = stop_reason();
+    if (status.ok()) status = time.Check();
+    if (!status.ok()) return build(status);
+    time.Measure([&] {
+      try {
+        build(Status::Ok());
+      } catch (const std::bad_alloc&) {  // not the end of all others
+        build({StatusCode::kResourceExhausted, "DEVICE_MEMORY", "the memory has no room"});
+      }
+    });
+  });
 }
 
 }  // namespace drape::api

@@ -90,7 +90,7 @@ void UpdateNow(const ServiceContext& context, const Waiter& waiter,
 void BuildAndUpdate(const ServiceContext& context, const Waiter& waiter,
                     const std::shared_ptr<Update>& update) {
   const Status posted =
-      PostBuild(context, update->session->owner(), waiter, [=](const Status& status) {
+      PostBuild(context, *update->session.session(), waiter, [=](const Status& status) {
         if (!status.ok()) return update->End(status);
         const Status maps = BuildMaps(*update, context.limits, BuildStopReason(context, waiter));
         if (!maps.ok()) return update->End(maps);

@@ -119,7 +119,7 @@ void StartCreation(const ServiceContext& context, const Caller& caller,
                ReadColliderMeshes(request.spec().environment().colliders()), std::move(done)});
   const Waiter waiter{cancel, caller.deadline_us};
   const Status posted =
-      PostBuild(context, creation->session->owner(), waiter,
+      PostBuild(context, *creation->session.session(), waiter,
                 [creation, limits = context.limits, stop_reason = BuildStopReason(context, waiter),
                  backend = context.scheduler.description()](const Status& status) {
                   if (!status.ok()) return creation->End(status);

@@ -1,4 +1,5 @@
 // GetServerInfo: the backend, the device and the limits of this server.
+#include "server/api/build_queue.h"
 #include "server/api/picture_validation.h"
 #include "server/api/simulation_service.h"
 #include "server/api/unary_call.h"
@@ -52,6 +53,10 @@ grpc::ServerUnaryReactor* SimulationService::GetServerInfo(Context* context,
   FillLimits(context_, response->mutable_limits());
   response->mutable_limits()->set_max_particle_substeps_per_s(
       context_.scheduler.rates().LimitOf(caller.tenant));
+  if (context_.build_quota != nullptr) {
+    response->mutable_limits()->set_max_builder_s_per_s(
+        context_.build_quota->rates.LimitOf(caller.tenant));
+  }
   response->set_session_count(totals.session_count);
   response->set_cloth_count(totals.cloth_count);
   response->set_particle_count(totals.particle_count);

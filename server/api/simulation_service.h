@@ -27,6 +27,8 @@ struct StreamCounters {
   std::atomic<uint64_t> frames_encoded{0};
 };
 
+struct BuildQuota;  // build_queue.h
+
 // The parts that the service uses; all of them outlive the gRPC server.
 struct ServiceContext {
   Scheduler& scheduler;
@@ -45,6 +47,8 @@ struct ServiceContext {
   std::shared_ptr<StreamCounters> streams = std::make_shared<StreamCounters>();
   // What large requests take once they are parsed. Null: the service makes it.
   std::shared_ptr<ByteBudget> parsed = nullptr;
+  // The time of the builders. Null: nobody counts it, and there are no limits.
+  std::shared_ptr<BuildQuota> build_quota = nullptr;
 
   // Also reads the run of the server that the caller knows (kIncarnationHeader).
   Caller Identify(const grpc::CallbackServerContext& call) const;

@@ -19,7 +19,7 @@ Status ExportCall::Begin(const ServiceContext& context, const Caller& caller,
   if (saved == nullptr) return SavedStatesNotFound(request.name());
   next_ = request.offset();
   max_chunk_bytes_ = context.limits.max_chunk_bytes;
-  return PostBuild(context, session_->owner(), {cancel_, caller.deadline_us},
+  return PostBuild(context, *session_.session(), {cancel_, caller.deadline_us},
                    [this, &context, saved = std::move(saved)](const Status& status) {
                      const Status made = status.ok() ? Make(context, *saved) : status;
                      if (!made.ok()) return End(made);
@@ -108,7 +108,7 @@ void ImportReactor::Import() {
   const Waiter waiter{cancel_, caller_.deadline_us};
   const StopReason stop_reason = BuildStopReason(context_, waiter);
   const Status posted =
-      PostBuild(context_, session_->owner(), waiter, [this, stop_reason](const Status& status) {
+      PostBuild(context_, *session_.session(), waiter, [this, stop_reason](const Status& status) {
         if (!status.ok()) return End(status);
         Result<std::vector<SavedCloth>> cloths =
             ReadSnapshot(bytes_, {context_.scheduler.description(), context_.limits, stop_reason,

@@ -35,8 +35,13 @@ std::string ParseHash(const std::string& digits) {
   return bytes;
 }
 
-constexpr std::string_view kRate = "particle_substeps_per_s=", kWeight = "weight=";
+constexpr std::string_view kRate = "particle_substeps_per_s=", kBuilderRate = "builder_s_per_s=",
+                           kWeight = "weight=";
 constexpr uint32_t kMaxWeight = 100;
+
+bool IsRate(const std::optional<double>& rate) {
+  return rate && *rate >= 0 && std::isfinite(*rate);
+}
 
 // The number of `NAMENUMBER`; none: it is not that.
 template <class Number>
@@ -108,18 +113,24 @@ Result<TokenFile> TokenFile::Parse(const std::string& text, const std::string& p
 }
 
 std::string TokenFile::Take(const std::string& tenant, const std::string& word) {
+  const auto has_same = [&](auto& values, auto value) {
+    return values.emplace(tenant, value).first->second == value;
+  };
   const auto rate = ParseNumber<double>(kRate, word);
+  const auto builder_rate = ParseNumber<double>(kBuilderRate, word);
   const auto weight = ParseNumber<uint32_t>(kWeight, word);
-  const bool is_rate = rate && *rate >= 0 && std::isfinite(*rate);
-  const bool is_weight = weight && *weight >= 1 && *weight <= kMaxWeight;
-  if (!is_rate && !is_weight) {
-    return "after the hash may come particle_substeps_per_s=NUMBER (0 or more) and weight=NUMBER "
-           "(1 "
-           "to 100), not '" +
+  bool is_same = true;
+  if (IsRate(rate)) {
+    is_same = has_same(rates_, *rate);
+  } else if (IsRate(builder_rate)) {
+    is_same = has_same(builder_rates_, *builder_rate);
+  } else if (weight && *weight >= 1 && *weight <= kMaxWeight) {
+    is_same = has_same(weights_, *weight);
+  } else {
+    return "after the hash may come particle_substeps_per_s=NUMBER and builder_s_per_s=NUMBER (0 "
+           "or more) and weight=NUMBER (1 to 100), not '" +
            word + "'";
   }
-  const bool is_same = is_rate ? rates_.emplace(tenant, *rate).first->second == *rate
-                               : weights_.emplace(tenant, *weight).first->second == *weight;
   if (is_same) return {};
   return "the tenant has another " + word.substr(0, word.find('=')) + " already";
 }

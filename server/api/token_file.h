@@ -16,11 +16,11 @@ bool IsTenantName(const std::string& name);
 
 // One line per token: a tenant's name, a space, and the SHA-256 of the token in hexadecimal digits
 // (`printf %s TOKEN | sha256sum`); then, if the tenant has a rate of its own,
-// `particle_substeps_per_s=NUMBER` (0: no limit), and if it has another share of a full device than
-// others, `weight=NUMBER` (1 to 100; without it 1). A tenant may have several tokens, so that they
-// can be changed one after the other; what is said of it with several of them must be the same. The
-// name `@operator` stands for those who look after the server (AdminService). '#' begins a comment.
-// Immutable.
+// `particle_substeps_per_s=NUMBER` or `builder_s_per_s=NUMBER` (0: no limit), and if it has another
+// share of a full device than others, `weight=NUMBER` (1 to 100; without it 1). A tenant may have
+// several tokens, so that they can be changed one after the other; what is said of it with several
+// of them must be the same. The name `@operator` stands for those who look after the server
+// (AdminService). '#' begins a comment. Immutable.
 class TokenFile {
  public:
   // FAILED_PRECONDITION (TOKEN_FILE_FAILED) names the file and the line.
@@ -39,6 +39,8 @@ class TokenFile {
   std::set<std::string> tenants() const;
   // Of the tenants that have one of their own [particle-substeps/s].
   const std::unordered_map<std::string, double>& rates() const { return rates_; }
+  // Likewise of builder threads [s/s].
+  const std::unordered_map<std::string, double>& builder_rates() const { return builder_rates_; }
   // Of the tenants that have one.
   const std::unordered_map<std::string, uint32_t>& weights() const { return weights_; }
 
@@ -48,6 +50,7 @@ class TokenFile {
 
   std::unordered_map<std::string, std::string> tenants_;  // by the bytes of the hash
   std::unordered_map<std::string, double> rates_;
+  std::unordered_map<std::string, double> builder_rates_;
   std::unordered_map<std::string, uint32_t> weights_;
   std::set<std::string> operators_;  // the hashes of their tokens
 };

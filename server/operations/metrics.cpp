@@ -22,10 +22,14 @@ MetricFamily Family(const char* name, const char* help, MetricType type, ClientM
   return family;
 }
 
-MetricFamily Count(const char* name, const char* help, uint64_t value) {
+MetricFamily Count(const char* name, const char* help, double value) {
   ClientMetric metric;
-  metric.counter.value = static_cast<double>(value);
+  metric.counter.value = value;
   return Family(name, help, MetricType::Counter, std::move(metric));
+}
+
+MetricFamily Count(const char* name, const char* help, uint64_t value) {
+  return Count(name, help, static_cast<double>(value));
 }
 
 MetricFamily Now(const char* name, const char* help, double value) {
@@ -92,6 +96,9 @@ std::string MetricsText(const ServerNumbers& n) {
       Now("drape_queued_requests", "Step requests that have not ended.", n.queued_requests),
       Now("drape_queued_commands", "Commands before the device.", n.queued_commands),
       Now("drape_queued_builds", "Models that wait for a builder.", n.queued_builds),
+      Count("drape_builder_seconds_total", "Time of the builder threads.", n.builder_s),
+      Count("drape_refused_builds_total", "Builds of tenants that had had their share.",
+            n.refused_builds),
       Now("drape_sessions", "Open sessions.", n.sessions),
       Now("drape_cloths", "Cloths of all sessions.", n.cloths),
       Now("drape_particles", "Particles of all cloths.", n.particles),

@@ -32,12 +32,14 @@ struct ServerNumbers {
   uint64_t queued_requests = 0;                 // now
   uint64_t queued_commands = 0;                 // now
   uint64_t queued_builds = 0;                   // now
-  uint64_t sessions = 0;                        // now
-  uint64_t cloths = 0;                          // now
-  uint64_t particles = 0;                       // now
-  uint64_t unread_bytes = 0;                    // now
-  uint64_t remembered_bytes = 0;                // now
-  uint64_t saved_bytes = 0;                     // now
+  uint64_t refused_builds = 0;
+  double builder_s = 0;
+  uint64_t sessions = 0;          // now
+  uint64_t cloths = 0;            // now
+  uint64_t particles = 0;         // now
+  uint64_t unread_bytes = 0;      // now
+  uint64_t remembered_bytes = 0;  // now
+  uint64_t saved_bytes = 0;       // now
   uint64_t refused_connections = 0;
   // Now: since the last complete round of checkpoints began; none without checkpoints.
   std::optional<double> checkpoint_age_s;

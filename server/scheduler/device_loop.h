@@ -13,9 +13,9 @@
 
 #include "server/core/clock.h"
 #include "server/core/duration_histogram.h"
+#include "server/core/rate_quota.h"
 #include "server/scheduler/active_request.h"
 #include "server/scheduler/batch_policy.h"
-#include "server/scheduler/rate_quota.h"
 #include "server/scheduler/state_reading.h"
 #include "server/solver/device_backend.h"
 

@@ -10,10 +10,10 @@
 
 #include "server/core/clock.h"
 #include "server/core/duration_histogram.h"
+#include "server/core/rate_quota.h"
 #include "server/core/status.h"
 #include "server/scheduler/command_queue.h"
 #include "server/scheduler/observers.h"
-#include "server/scheduler/rate_quota.h"
 #include "server/scheduler/step_work.h"
 #include "server/solver/backend.h"
 

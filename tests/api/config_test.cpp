@@ -27,12 +27,12 @@ TEST(Config, DefaultsAreSafe) {
 }
 
 TEST(Config, FlagsReachTheirLimits) {
-  const CommandLine line =
-      Parse({"--backend=reference", "--max-sessions=7", "--session-ttl-s=2.5", "--threads=3",
-             "--max-queued-requests-per-session=9", "--max-particles-per-cloth=100",
-             "--max-particles-per-picture=200", "--max-queued-pictures=11",
-             "--max-pictures-in-flight-per-session=12", "--max-queue-delay-us=13",
-             "--max-particle-substeps-per-s-per-tenant=2.5e9"});
+  const CommandLine line = Parse(
+      {"--backend=reference", "--max-sessions=7", "--session-ttl-s=2.5", "--threads=3",
+       "--max-queued-requests-per-session=9", "--max-particles-per-cloth=100",
+       "--max-particles-per-picture=200", "--max-queued-pictures=11",
+       "--max-pictures-in-flight-per-session=12", "--max-queue-delay-us=13",
+       "--max-particle-substeps-per-s-per-tenant=2.5e9", "--max-builder-s-per-s-per-tenant=0.25"});
   ASSERT_FALSE(line.exit_code);
   EXPECT_EQ(line.config.backend, BackendChoice::kReference);
   EXPECT_EQ(line.config.sessions.max_sessions, 7u);
@@ -41,6 +41,7 @@ TEST(Config, FlagsReachTheirLimits) {
   EXPECT_EQ(line.config.scheduler.max_queued_requests_per_session, 9u);
   EXPECT_EQ(line.config.scheduler.max_queue_delay_us, 13);
   EXPECT_EQ(line.config.max_particle_substeps_per_s_per_tenant, 2.5e9);
+  EXPECT_EQ(line.config.max_builder_s_per_s_per_tenant, 0.25);
   EXPECT_EQ(line.config.requests.model.max_particles, 100u);
   EXPECT_EQ(line.config.pictures.max_particles_per_picture, 200u);
   EXPECT_EQ(line.config.pictures.max_queued_pictures, 11u);

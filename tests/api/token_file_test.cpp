@@ -51,6 +51,14 @@ TEST(TokenFile, ATenantMayHaveARateOfItsOwn) {
                   .ok());
 }
 
+TEST(TokenFile, ATenantMayHaveAShareOfTheBuildersOfItsOwn) {
+  const auto tokens = TokenFile::Parse(
+      "a " + kHash + " builder_s_per_s=0.5 particle_substeps_per_s=7\nb " + kOther + "\n", "file");
+  ASSERT_TRUE(tokens.ok()) << tokens.status().message();
+  EXPECT_EQ(tokens->builder_rates(), (std::unordered_map<std::string, double>{{"a", 0.5}}));
+  EXPECT_EQ(tokens->rates(), (std::unordered_map<std::string, double>{{"a", 7}}));
+}
+
 TEST(TokenFile, ATenantMayHaveAWeight) {
   const auto tokens = TokenFile::Parse(
       "a " + kHash + " weight=3 particle_substeps_per_s=10\nb " + kOther + "\n", "file");
@@ -78,7 +86,8 @@ TEST(TokenFile, WhatIsWrongIsNamedWithItsLine) {
   for (const char* rate :
        {"particle_substeps_per_s=", "particle_substeps_per_s=-1", "particle_substeps_per_s=nan",
         "particle_substeps_per_s=inf", "particle_substeps_per_s=1x", "particle_substeps_per_s=1 x",
-        "rate=1", "weight=0", "weight=101", "weight=1.5", "weight=-1", "weight="}) {
+        "builder_s_per_s=", "builder_s_per_s=-1", "builder_s_per_s=nan", "rate=1", "weight=0",
+        "weight=101", "weight=1.5", "weight=-1", "weight="}) {
     EXPECT_NE(why("a " + kHash + " " + rate + "\n").find("line 1"), std::string::npos) << rate;
   }
   EXPECT_NE(

@@ -22,6 +22,7 @@ TEST(Metrics, EveryNumberHasALineOfItsKind) {
   numbers.server_id = "a7";
   numbers.cloth_steps = 12345678901;
   numbers.sessions = 3;
+  numbers.builder_s = 1.25;
   EXPECT_THAT(MetricsText(numbers), testing::Not(HasSubstr("checkpoint")));
   numbers.checkpoint_age_s = 1.5;
   const std::string text = MetricsText(numbers);
@@ -30,6 +31,7 @@ TEST(Metrics, EveryNumberHasALineOfItsKind) {
   EXPECT_THAT(text, HasSubstr("# TYPE drape_cloth_steps_total counter\n"));
   EXPECT_THAT(text, HasSubstr("drape_cloth_steps_total 12345678901\n"));
   EXPECT_THAT(text, HasSubstr("# TYPE drape_sessions gauge\ndrape_sessions 3\n"));
+  EXPECT_THAT(text, HasSubstr("drape_builder_seconds_total 1.25\n"));
   EXPECT_THAT(text, HasSubstr("drape_checkpoint_age_seconds 1.5\n"));
 }
 

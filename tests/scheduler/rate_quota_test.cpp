@@ -1,4 +1,4 @@
-#include "server/scheduler/rate_quota.h"
+#include "server/core/rate_quota.h"
 
 #include <gtest/gtest.h>
 
@@ -68,11 +68,11 @@ TEST_F(Rates, WhatTenantsHadIsCountedWithoutLimitsToo) {
   std::vector<RateUse> uses = rates_.Uses();
   ASSERT_EQ(uses.size(), 2u);
   EXPECT_EQ(uses[0].tenant, "a");
-  EXPECT_EQ(uses[0].particle_substeps, 15);
-  EXPECT_EQ(uses[1].particle_substeps_per_s, 100 / RateQuota::kMean_s);
+  EXPECT_EQ(uses[0].work, 15);
+  EXPECT_EQ(uses[1].work_per_s, 100 / RateQuota::kMean_s);
   clock_.AdvanceUs(5 * kSecond_us);
   uses = rates_.Uses();
-  EXPECT_NEAR(uses[1].particle_substeps_per_s, 20 * std::exp(-1.0), 1e-12);
+  EXPECT_NEAR(uses[1].work_per_s, 20 * std::exp(-1.0), 1e-12);
   EXPECT_EQ(uses[1].wait_us, 0);
 }
 
@@ -83,7 +83,7 @@ TEST_F(Rates, TheMeanOfSteadyWorkIsItsRate) {
     clock_.AdvanceUs(kSecond_us / 10);
     rates_.Charge("a", 50);
   }
-  EXPECT_NEAR(rates_.Uses()[0].particle_substeps_per_s, 500, 5.1);
+  EXPECT_NEAR(rates_.Uses()[0].work_per_s, 500, 5.1);
 }
 
 // Particle-substeps of a step of these cloths: two particles, as many substeps as plain settings
@@ -178,12 +178,12 @@ TEST_F(RateOfLoop, WhatIsFaultedCostsNothing) {
   Admit(WorkOf("a", "fault", cloth, 1));
   RunAll();
   ASSERT_TRUE(cloth->is_faulted());
-  const double before = rates_.Uses()[0].particle_substeps;
+  const double before = rates_.Uses()[0].work;
   StepWork report = WorkOf("a", "report", cloth, 1);
   report.report = true;
   Admit(std::move(report));
   RunAll();
-  EXPECT_EQ(rates_.Uses()[0].particle_substeps, before);
+  EXPECT_EQ(rates_.Uses()[0].work, before);
 }
 
 TEST_F(RateOfLoop, ALongStepThatHasBegunGoesOn) {
@@ -206,7 +206,7 @@ TEST_F(RateOfLoop, ALongStepThatIsGivenUpCostsAsIfItWereDone) {
   TakeFor({heavy}, kSecond_us);
   Admit(WorkOf("a", "heavy", heavy, 1));
   RunAll();
-  const double of_one_step = rates_.Uses()[0].particle_substeps;
+  const double of_one_step = rates_.Uses()[0].work;
   device_->StepInPieces(1000);
   StepWork work = WorkOf("a", "heavy", heavy, 1);
   CancelToken token = work.cancel;
@@ -215,7 +215,7 @@ TEST_F(RateOfLoop, ALongStepThatIsGivenUpCostsAsIfItWereDone) {
   token.Cancel();
   loop_->RunRound();
   ASSERT_EQ(device_->abandoned(), 1u);
-  EXPECT_EQ(rates_.Uses()[0].particle_substeps, 2 * of_one_step);
+  EXPECT_EQ(rates_.Uses()[0].work, 2 * of_one_step);
 }
 
 // The device thread sleeps and wakes by itself; nobody spins, and a drain does not hang.

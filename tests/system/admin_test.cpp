@@ -38,7 +38,8 @@ class AdminTest : public testing::Test {
   void Start(std::vector<std::string> flags = {}, bool has_tokens = true) {
     if (has_tokens) {
       std::ofstream file(dir_ / "tokens");
-      file << "one " << HexOf(api::Sha256Of("one")) << " particle_substeps_per_s=1e12\n"
+      file << "one " << HexOf(api::Sha256Of("one"))
+           << " particle_substeps_per_s=1e12 builder_s_per_s=3\n"
            << "two " << HexOf(api::Sha256Of("two")) << "\n"
            << "@operator " << HexOf(api::Sha256Of("operator")) << "\n";
       file.close();
@@ -172,10 +173,15 @@ TEST_F(AdminTest, ListsWhatTenantsHold) {
   EXPECT_EQ(one.particle_substeps(), 3u * 64 * 4 * 5);
   EXPECT_GT(one.particle_substeps_per_s(), 0);
   EXPECT_EQ(one.max_particle_substeps_per_s(), 1e12);
+  EXPECT_GT(one.builder_s(), 0);
+  EXPECT_GT(one.builder_s_per_s(), 0);
+  EXPECT_EQ(one.max_builder_s_per_s(), 3);
+  EXPECT_EQ(one.builder_wait_s(), 0);
   const v1::TenantUse& two = tenants.value.tenants(1);
   EXPECT_EQ(two.name(), "two") << "a tenant that has nothing";
   EXPECT_EQ(two.session_count(), 0u);
   EXPECT_EQ(two.max_particle_substeps_per_s(), 0);
+  EXPECT_EQ(two.max_builder_s_per_s(), 1) << "the default";
 
   SessionOf("two");
   v1::ListAllSessionsRequest list;

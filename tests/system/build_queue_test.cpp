@@ -1,12 +1,16 @@
-// Models are built only while somebody waits for them.
+// Models are built only while somebody waits for them, and for a tenant only as long as it may.
 #include "server/api/build_queue.h"
 
 #include <gtest/gtest.h>
 
 #include <future>
 #include <limits>
+#include <map>
 #include <memory>
 #include <new>
+#include <optional>
+#include <string>
+#include <thread>
 
 #include "server/core/clock.h"
 #include "server/render/gl_draw/gl_renderer.h"
@@ -17,23 +21,48 @@ namespace {
 
 class BuildQueue : public testing::Test {
  protected:
-  Status WhatABuildIsTold() {
+  Status WhatABuildIsTold(const std::string& tenant = "") {
     const auto told = std::make_shared<std::promise<Status>>();
-    const Status posted = PostBuild(context_, "sessions/test", {cancel_, deadline_us_},
+    const Status posted = PostBuild(context_, *SessionOf(tenant), {cancel_, deadline_us_},
                                     [told](const Status& status) { told->set_value(status); });
     return posted.ok() ? told->get_future().get() : posted;
   }
 
-  SteadyClock clock_;
+  std::shared_ptr<Session> SessionOf(const std::string& tenant) {
+    std::shared_ptr<Session>& session = made_[tenant];
+    if (session == nullptr) session = sessions_.Create(std::nullopt, "", tenant).value().session();
+    return session;
+  }
+
+  // Builds for so long, and until that is counted.
+  void Build(const std::string& tenant, int64_t seconds) {
+    const double before_s = Built_s();
+    ASSERT_TRUE(PostBuild(context_, *SessionOf(tenant), {cancel_, deadline_us_},
+                          [this, seconds](const Status& status) {
+                            if (status.ok()) clock_.AdvanceUs(seconds * 1'000'000);
+                          })
+                    .ok());
+    while (Built_s() == before_s) std::this_thread::yield();
+  }
+  double Built_s() const {
+    double sum_s = 0;
+    for (const RateUse& use : quota_->rates.Uses()) sum_s += use.work;
+    return sum_s;
+  }
+
+  FakeClock clock_;
   const std::unique_ptr<Scheduler> scheduler_ =
       Scheduler::Start(
           []() -> Result<std::unique_ptr<Backend>> { return test::MakeBackend("cpu"); }, {}, clock_)
           .value();
   SessionRegistry sessions_{*scheduler_, {}, clock_, "test"};
+  std::map<std::string, std::shared_ptr<Session>> made_;
   WorkerPool builders_{1, 16};
   render::RenderThread pictures_{[] { return render::CreateGlRenderer({}); }, {}};
-  const ServiceContext context_{*scheduler_, sessions_, builders_, pictures_,
-                                clock_,      {},        "test",    "test"};
+  const std::shared_ptr<BuildQuota> quota_ = std::make_shared<BuildQuota>(clock_);
+  const ServiceContext context_{*scheduler_, sessions_, builders_, pictures_, clock_,
+                                {},          "test",    "test",    nullptr,   nullptr,
+                                nullptr,     nullptr,   quota_};
   CancelToken cancel_;
   int64_t deadline_us_ = std::numeric_limits<int64_t>::max();
 };
@@ -55,7 +84,7 @@ TEST_F(BuildQueue, BuildsNothingAfterTheDeadline) {
 TEST_F(BuildQueue, ABuildForWhichThereIsNoMemoryIsTold) {
   const auto told = std::make_shared<std::promise<Status>>();
   ASSERT_TRUE(
-      PostBuild(context_, "sessions/test", {cancel_, deadline_us_}, [told](const Status& status) {
+      PostBuild(context_, *SessionOf(""), {cancel_, deadline_us_}, [told](const Status& status) {
         if (status.ok()) throw std::bad_alloc();
         told->set_value(status);
       }).ok());
@@ -64,8 +93,45 @@ TEST_F(BuildQueue, ABuildForWhichThereIsNoMemoryIsTold) {
 }
 
 TEST_F(BuildQueue, BuildsNothingWhileTheServerShutsDown) {
+  SessionOf("");
   scheduler_->Drain(0);
   EXPECT_EQ(WhatABuildIsTold().reason(), "DRAINING");
+}
+
+// Half a second per second; what a minute saves up is 30 s.
+TEST_F(BuildQueue, ATenantThatHasHadItsTimeIsRefusedUntilItHasPaid) {
+  quota_->rates.Set({.per_tenant = 0.5});
+  Build("greedy", 30);
+  EXPECT_TRUE(WhatABuildIsTold("greedy").ok()) << "no debt yet";
+  Build("greedy", 1);
+  const Status refused = WhatABuildIsTold("greedy");
+  EXPECT_EQ(refused.code(), StatusCode::kResourceExhausted);
+  EXPECT_EQ(refused.reason(), "BUILD_TIME_EXCEEDED");
+  // Of the second 0.5 s came while it was built; the rest takes a second.
+  EXPECT_EQ(refused.retry_after_ms(), 1001);
+  EXPECT_EQ(quota_->refused, 1u);
+  EXPECT_TRUE(WhatABuildIsTold("modest").ok());
+  EXPECT_TRUE(WhatABuildIsTold().ok()) << "without tenants";
+  clock_.AdvanceUs(*refused.retry_after_ms() * 1000);
+  EXPECT_TRUE(WhatABuildIsTold("greedy").ok());
+}
+
+TEST_F(BuildQueue, ABuildThatWaitsIsRefusedAtItsTurnAndOneThatRunsGoesOn) {
+  quota_->rates.Set({.per_tenant = 0.5});
+  const std::shared_ptr<Session> session = SessionOf("greedy");
+  std::promise<void> go_on;
+  std::promise<Status> first, second;
+  ASSERT_TRUE(PostBuild(context_, *session, {cancel_, deadline_us_}, [&](const Status& status) {
+                go_on.get_future().wait();
+                clock_.AdvanceUs(100'000'000);
+                first.set_value(status);
+              }).ok());
+  ASSERT_TRUE(PostBuild(context_, *session, {cancel_, deadline_us_}, [&](const Status& status) {
+                second.set_value(status);
+              }).ok());
+  go_on.set_value();
+  EXPECT_TRUE(first.get_future().get().ok());
+  EXPECT_EQ(second.get_future().get().reason(), "BUILD_TIME_EXCEEDED");
 }
 
 }  // namespace

@@ -167,6 +167,32 @@ TEST_F(Tenants, ATenantHasQuotasOfItsOwn) {
   SessionOf(kOne);
 }
 
+// A rate of a microsecond of building per second, 60 of them at once.
+TEST_F(Tenants, ATenantBeyondItsTimeOfTheBuildersIsRefusedAndOthersAreNot) {
+  Start();
+  WriteTokens("one " + Hash("one-token") + " builder_s_per_s=1e-6\ntwo " + Hash("two-token") +
+              "\n");
+  server_->Signal(SIGHUP);
+  const auto limit_of = [&](const std::string& token) {
+    const auto info = As(token, &Stub::GetServerInfo, v1::GetServerInfoRequest());
+    return info.value.limits().max_builder_s_per_s();
+  };
+  while (limit_of(kOne) != 1e-6) std::this_thread::yield();
+  EXPECT_EQ(limit_of(kTwo), 1) << "the default";
+  const std::string greedy = SessionOf(kOne), modest = SessionOf(kTwo);
+  // The answer may come just before its build is counted.
+  auto created = As(kOne, &Stub::CreateCloths, HangingSheet(greedy));
+  ASSERT_TRUE(created.status.ok());
+  for (int k = 0; k < 100 && created.status.ok(); ++k) {
+    created = As(kOne, &Stub::CreateCloths, HangingSheet(greedy));
+  }
+  EXPECT_EQ(created.status.error_code(), grpc::StatusCode::RESOURCE_EXHAUSTED);
+  EXPECT_EQ(ReasonOf(created.status), "BUILD_TIME_EXCEEDED");
+  EXPECT_NE(created.status.error_details().find("google.rpc.RetryInfo"), std::string::npos);
+  EXPECT_TRUE(As(kOne, &Stub::Step, StepsOf(greedy, {}, 1)).status.ok()) << "builds nothing";
+  EXPECT_TRUE(As(kTwo, &Stub::CreateCloths, HangingSheet(modest)).status.ok());
+}
+
 // A rate of 8 * 8 particles * 4 substeps * 20 steps/s.
 TEST_F(Tenants, ATenantBeyondItsRateWaitsAndOthersDoNot) {
   Start({"--max-queue-delay-us=0"});

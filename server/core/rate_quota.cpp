@@ -1,4 +1,4 @@
-#include "server/scheduler/rate_quota.h"
+#include "server/core/rate_quota.h"
 
 #include <algorithm>
 #include <cmath>
@@ -12,7 +12,7 @@ void RateQuota::Set(RateLimits limits) {
   for (auto& [tenant, bucket] : buckets_) bucket = Now(bucket, Limit(tenant), now_us);
   limits_ = std::move(limits);
   for (auto& [tenant, bucket] : buckets_) {
-    bucket.content = std::min(bucket.content, kBucket_s * Limit(tenant));
+    bucket.content = std::min(bucket.content, bucket_s_ * Limit(tenant));
   }
   has_weights_ = !limits_.weights.empty();
   has_limits_ =
@@ -41,7 +41,7 @@ double RateQuota::LimitOf(const std::string& tenant) const {
 RateQuota::Bucket RateQuota::Now(const Bucket& bucket, double limit_per_s, int64_t now_us) const {
   const double passed_s = static_cast<double>(now_us - bucket.at_us) / 1e6;
   Bucket now = bucket;
-  now.content = std::min(bucket.content + limit_per_s * passed_s, kBucket_s * limit_per_s);
+  now.content = std::min(bucket.content + limit_per_s * passed_s, bucket_s_ * limit_per_s);
   // Without a limit there is no debt, neither later, when it may have one.
   if (limit_per_s == 0) now.content = 0;
   now.per_s = bucket.per_s * std::exp(-passed_s / kMean_s);
@@ -54,7 +54,7 @@ void RateQuota::Charge(const std::string& tenant, double work) {
   const int64_t now_us = clock_.NowUs();
   const double limit_per_s = Limit(tenant);
   const auto [entry, is_new] = buckets_.try_emplace(tenant);
-  if (is_new) entry->second = {kBucket_s * limit_per_s, 0, 0, now_us};
+  if (is_new) entry->second = {bucket_s_ * limit_per_s, 0, 0, now_us};
   Bucket bucket = Now(entry->second, limit_per_s, now_us);
   if (limit_per_s > 0) bucket.content -= work;
   bucket.total += work;

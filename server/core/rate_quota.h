@@ -12,10 +12,10 @@
 
 namespace drape {
 
-// The work of a step is particles * substeps of its settings; sleeping and faulted cloths cost
-// nothing.
+// Work is in any unit: that of steps is particles * substeps (sleeping and faulted cloths cost
+// nothing), that of builders their seconds.
 struct RateLimits {
-  // [particle-substeps/s]; 0: no limit.
+  // [work/s]; 0: no limit.
   double per_tenant = 0;
   // Of tenants that have one of their own; 0: no limit.
   std::unordered_map<std::string, double> of_tenant{};
@@ -26,26 +26,27 @@ struct RateLimits {
 // What one tenant has had done.
 struct RateUse {
   std::string tenant;
-  double particle_substeps = 0;        // since the start
-  double particle_substeps_per_s = 0;  // mean of the last seconds, older ones count less
-  double limit_per_s = 0;              // 0: none
-  int64_t wait_us = 0;                 // until its next step may begin
+  double work = 0;         // since the start
+  double work_per_s = 0;   // mean of the last seconds, older ones count less
+  double limit_per_s = 0;  // 0: none
+  int64_t wait_us = 0;     // until its next work may begin
 };
 
-// A token bucket per tenant. It is filled at the tenant's rate, up to one second of it; a batch
-// takes what it has done, and may leave a debt, since what a step costs can be larger than any
-// bucket. A tenant with a debt waits until it is paid, so over any time it has had at most the rate
-// times that time, one bucket, and the batch in which it ran empty. The empty tenant, of servers
+// A token bucket per tenant. It is filled at the tenant's rate, up to some seconds of it; work (a
+// batch, a build) takes what it was, and may leave a debt, since it can be larger than any bucket.
+// A tenant with a debt waits until it is paid, so over any time it has had at most the rate times
+// that time, one bucket, and the work in which it ran empty. The empty tenant, of servers
 // without tokens, has no limit. Thread-safe.
 class RateQuota {
  public:
-  // What an idle tenant may save up [s].
+  // What an idle tenant may save up, by default [s].
   static constexpr double kBucket_s = 1;
   // Over what time a mean rate is taken [s].
   static constexpr double kMean_s = 5;
 
   // `clock` outlives this.
-  explicit RateQuota(const Clock& clock) : clock_(clock) {}
+  explicit RateQuota(const Clock& clock, double bucket_s = kBucket_s)
+      : clock_(clock), bucket_s_(bucket_s) {}
 
   // From now on. Debts stay.
   void Set(RateLimits limits);
@@ -54,7 +55,7 @@ class RateQuota {
   double LimitOf(const std::string& tenant) const;
   uint32_t WeightOf(const std::string& tenant) const;
 
-  // So much was done for the tenant [particle-substeps].
+  // So much was done for the tenant.
   void Charge(const std::string& tenant, double work);
   // By the clock, when the debt of the tenant is paid; not after now: it need not wait.
   int64_t WaitUntil_us(const std::string& tenant) const;
@@ -76,6 +77,7 @@ class RateQuota {
   int64_t DebtPaid_us(const Bucket& bucket, double limit_per_s, int64_t now_us) const;
 
   const Clock& clock_;
+  const double bucket_s_;
   std::atomic<bool> has_limits_{false};
   std::atomic<bool> has_weights_{false};
   mutable std::mutex mutex_;
