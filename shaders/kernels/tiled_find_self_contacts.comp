@@ -49,7 +49,7 @@ void LookAtPairs() {
   }
   EndPhase();
   CountLoop(shared_pending_count * (contact.most_around + 1u));
-  FOR_EACH(p, 0u, shared_pending_count) BeginImpulses(scratch_words[contact.pending + p]);
+  FOR_EACH(p, 0u, shared_pending_count) BeginPair(scratch_words[contact.pending + p]);
   EndPhase();
 }
 

@@ -113,7 +113,7 @@ bool IsLanding(vec3 velocity, vec3 normal) {
 }
 
 // Of a pair that may push, before the prediction: what it needs to know of the start of the substep.
-void BeginImpulses(uint k) {
+void BeginPair(uint k) {
   if (IsCovered(k)) SetPairFlags(k, PairFlags(k) | kCovered);
   if (!(contact.friction_static > 0.0)) return;
   vec3 normal = PairVector(kNormalField, k);
