@@ -188,20 +188,23 @@ void MeasureLoad(Table& table, Service& service, const std::string& backend,
   for (uint32_t k = 0; k < load.clients; ++k) {
     clients.push_back(service.Connect(options.side, load.cloths));
   }
+  const bool are_several = load.clients > 1;
+  const uint32_t turns = are_several ? options.turns_of_several : options.turns;
+  const double turn_s = are_several ? options.turn_of_several_s : options.turn_s;
   BareCloths bare(backend, options.side, load.clients * load.cloths);
   for (const StepView view :
        {StepView::kAcknowledgement, StepView::kCorners, StepView::kPositions}) {
     const std::array<Asking, 3> askings = {{{view, false, 1}, {view, true, 1}, {view, true, 2}}};
     std::array<ServiceTimes, 3> times;
     std::vector<double> bare_ms;
-    for (uint32_t turn = 0; turn <= options.turns; ++turn) {
+    for (uint32_t turn = 0; turn <= turns; ++turn) {
       if (turn == 1) {  // the first one warmed up
         times = {};
         bare_ms.clear();
       }
-      for (size_t k = 0; k < 3; ++k) StepTurn(clients, askings[k], options.turn_s, times[k]);
-      BareTurn(bare, options.turn_s, bare_ms);
-      EmptyTurn(clients, options.turn_s / 4, Quantile(bare_ms, 0.5), times[0]);
+      for (size_t k = 0; k < 3; ++k) StepTurn(clients, askings[k], turn_s, times[k]);
+      BareTurn(bare, turn_s, bare_ms);
+      EmptyTurn(clients, turn_s / 4, Quantile(bare_ms, 0.5), times[0]);
     }
     for (size_t k = 0; k < 3; ++k) {
       times[k].empty_ms = times[0].empty_ms;
@@ -216,8 +219,8 @@ void MeasureService(Bench& bench, ServiceOptions options) {
   if (bench.is_quick()) {
     options.loads = {{1, 2}, {2, 1}};
     options.side = 8;
-    options.turn_s = 0.01;
-    options.turns = 1;
+    options.turn_s = options.turn_of_several_s = 0.01;
+    options.turns = options.turns_of_several = 1;
   }
   Table table =
       bench.OpenTable("speed_service",

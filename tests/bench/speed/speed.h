@@ -61,6 +61,9 @@ struct ServiceOptions {
   uint32_t side = 32;   // particles
   uint32_t turns = 8;   // of service and bare backend, after one that does not count
   double turn_s = 0.2;  // of each
+  // Of several clients: at both ends of a turn some of them are alone, which is to count little.
+  uint32_t turns_of_several = 3;
+  double turn_of_several_s = 1;
 };
 void MeasureService(Bench& bench, ServiceOptions options);
 
