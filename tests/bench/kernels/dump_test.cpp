@@ -30,7 +30,7 @@ TEST(DumpKernelsTest, EachProgramIsWholeAndTheSizesAreThoseOfItsCloth) {
                                 std::to_string(program["local_size"].get<int>()) + "\n"));
     if (program["kernel"] == "resident_step") ++resident;
   }
-  EXPECT_EQ(resident, 8);
+  EXPECT_EQ(resident, 10);
   EXPECT_EQ(programs[0]["name"], "two_corners.resident_step");
   EXPECT_EQ(programs[0]["strips"], "reduction");
   EXPECT_EQ(programs[1]["strips"], "elimination");
