@@ -79,8 +79,8 @@ struct StepItem {
   // Limit on the sweeps per substep of this step, if lower than that of the cloth's settings; 0: no
   // limit of its own. The result is that of a cloth with this max_iterations, bit for bit.
   uint32_t max_iterations = 0;
-  // Fill StepReport::impulses. Changes no bit of a state. They are left out, and the log says so,
-  // where the device has no room for them.
+  // Fill StepReport::impulses. Changes no bit of a state. Where the device has no room for them
+  // they are NaN, and the log says so.
   bool impulses = false;
   // Only if BackendDescription::has_self_collision, and of cloths with triangles. All cloths of a
   // world follow each other in the batch, in an order that is always the same; none of them is

@@ -1,6 +1,7 @@
 #include "server/solver/gl_compute/impulse_words.h"
 
 #include <bit>
+#include <limits>
 
 #include "server/scene/colliders.h"
 #include "server/solver/gl_compute/gl_cloth.h"
@@ -141,6 +142,11 @@ StepImpulses ImpulsesFrom(const GlCloth& cloth, std::span<const float> results) 
     }
   }
   return impulses;
+}
+
+StepImpulses UnknownImpulses(const GlCloth& cloth) {
+  return ImpulsesFrom(cloth, std::vector<float>(ImpulseResultsOf(cloth).count,
+                                                std::numeric_limits<float>::quiet_NaN()));
 }
 
 }  // namespace drape

@@ -51,5 +51,7 @@ uint32_t CountClearingGroups(const GlCloth& cloth);
 
 // From those words, after a step that held what the cloth's grips hold.
 StepImpulses ImpulsesFrom(const GlCloth& cloth, std::span<const float> results);
+// After such a step that had no room for them: NaN.
+StepImpulses UnknownImpulses(const GlCloth& cloth);
 
 }  // namespace drape
