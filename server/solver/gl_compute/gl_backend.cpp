@@ -390,10 +390,6 @@ void GlBackend::ReadImpulses(std::span<const StepItem> items, BatchReport& repor
   for (size_t k = 0; k < items.size(); ++k) {
     const GlCloth& cloth = cloths_.Find(items[k].cloth);
     if (!items[k].impulses || report.reports[k].fault != FaultReason::kNone) continue;
-    if (!cloth.tells_impulses) {
-      report.reports[k].impulses = std::make_shared<const StepImpulses>(UnknownImpulses(cloth));
-      continue;
-    }
     cloths.push_back(&cloth);
     reports.push_back(&report.reports[k]);
   }

@@ -8,7 +8,13 @@ std::vector<std::shared_ptr<const StepImpulses>> ReadImpulses(
     std::span<const GlCloth* const> cloths, const DeviceArrays& arrays, StateReader& reader) {
   std::vector<std::shared_ptr<const StepImpulses>> impulses(cloths.size());
   std::map<uint32_t, std::vector<size_t>> by_array;  // of Scratch
-  for (size_t k = 0; k < cloths.size(); ++k) by_array[cloths[k]->scratch.array()].push_back(k);
+  for (size_t k = 0; k < cloths.size(); ++k) {
+    if (cloths[k]->tells_impulses) {
+      by_array[cloths[k]->scratch.array()].push_back(k);
+    } else {
+      impulses[k] = std::make_shared<StepImpulses>(UnknownImpulses(*cloths[k]));
+    }
+  }
   for (const auto& [array, places] : by_array) {
     std::vector<StateColumn> columns;
     size_t count = 0;

@@ -12,8 +12,8 @@
 
 namespace drape {
 
-// Of cloths whose last step has told them, by the schemes that they still have; in their order.
-// With the context current; waits for the device.
+// Of cloths whose last step was asked for them, by the schemes that they still have; in their
+// order. With the context current; waits for the device.
 std::vector<std::shared_ptr<const StepImpulses>> ReadImpulses(
     std::span<const GlCloth* const> cloths, const DeviceArrays& arrays, StateReader& reader);
 
