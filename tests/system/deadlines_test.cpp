@@ -85,7 +85,13 @@ TEST_F(Deadlines, AStepWithAnIdThatHasBegunIsCompleted) {
   server_.scheduler().ReleaseForTest();
   AwaitEmptyQueue();
   EXPECT_EQ(Get(*stub_, session_, ids[0]).step(), kSteps);
-  EXPECT_EQ(Step(*stub_, request).steps(0), kSteps);
+  // The answer is kept a moment after the step has left the queue.
+  auto again = Call(*stub_, &Stub::Step, request);
+  while (again.status.error_code() == grpc::StatusCode::ABORTED) {
+    again = Call(*stub_, &Stub::Step, request);
+  }
+  ASSERT_TRUE(again.status.ok()) << again.status.error_message();
+  EXPECT_EQ(again.value.steps(0), kSteps);
 }
 
 TEST_F(Deadlines, AStreamThatWaitsTooLongIsNeverDone) {
