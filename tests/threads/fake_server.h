@@ -3,6 +3,7 @@
 
 #include <grpcpp/create_channel.h>
 #include <grpcpp/security/credentials.h>
+#include <gtest/gtest.h>
 
 #include <chrono>
 #include <memory>
@@ -21,13 +22,18 @@ class FakeServer {
   FakeServer() { server_ = api::GrpcServer::Start({.listen = "127.0.0.1:0"}, {&service_}).value(); }
   ~FakeServer() { Stop(); }
 
-  // A connection of its own.
+  // A connection of its own, made before the first call: gRPC 1.51 may lose the errno of its
+  // connect to an allocation of the same thread, gives up that attempt, and makes another after a
+  // second (https://github.com/grpc/grpc/pull/35064).
   std::unique_ptr<v1::SimulationService::Stub> Connect() const {
     grpc::ChannelArguments arguments;
     arguments.SetInt(GRPC_ARG_USE_LOCAL_SUBCHANNEL_POOL, 1);
-    return v1::SimulationService::NewStub(
+    const std::shared_ptr<grpc::Channel> channel =
         grpc::CreateCustomChannel("127.0.0.1:" + std::to_string(server_->port()),
-                                  grpc::InsecureChannelCredentials(), arguments));
+                                  grpc::InsecureChannelCredentials(), arguments);
+    EXPECT_TRUE(
+        channel->WaitForConnected(std::chrono::system_clock::now() + std::chrono::minutes(1)));
+    return v1::SimulationService::NewStub(channel);
   }
   // In the order of draped.
   void Stop() {
