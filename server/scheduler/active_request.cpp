@@ -88,6 +88,8 @@ Status Prepare(Backend& backend, ClothRuntime& cloth, const ColliderControl& /*c
   track.BeginMoving(cloth.now().time_s);
   ClothUpdate update;
   update.collider_motions = track.At(cloth.now().time_s);
+  const LengthTrack& lengths = cloth.controls().lengths();  // another backend may have to know them
+  if (lengths.is_driven()) update.rest_lengths_m = lengths.LengthsAt(cloth.now().time_s);
   DRAPE_RETURN_IF_ERROR(backend.Write(cloth.handle(), update));
   cloth.controls().SetColliders(std::move(track));
   return Status::Ok();

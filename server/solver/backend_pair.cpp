@@ -107,7 +107,9 @@ class BackendPair final : public DeviceBackend {
   Result<ClothHandle> Create(std::shared_ptr<const SceneModel> model,
                              const ClothParameters& parameters,
                              const ParticleState& state) override {
-    Cloth cloth{.model = model, .is_second = !first_description_.Steps(*model, parameters)};
+    Cloth cloth{.model = model,
+                .parameters = parameters,
+                .is_second = !first_description_.Steps(*model, parameters)};
     DRAPE_ASSIGN_OR_RETURN(cloth.inner,
                            Home(cloth.is_second).Create(std::move(model), parameters, state));
     ClothHandle handle = cloth.inner;
@@ -173,13 +175,14 @@ class BackendPair final : public DeviceBackend {
   Status Write(ClothHandle handle, const ClothUpdate& update) override {
     Cloth& cloth = cloths_.at(handle);
     const std::shared_ptr<const SceneModel> model = update.model ? update.model : cloth.model;
-    const bool is_second =
-        update.parameters ? !first_description_.Steps(*model, *update.parameters) : cloth.is_second;
-    if (is_second == cloth.is_second) {
-      DRAPE_RETURN_IF_ERROR(Home(is_second).Write(cloth.inner, update));
+    ClothParameters parameters = update.parameters.value_or(cloth.parameters);
+    if (update.collider_motions) parameters.collider_motions = *update.collider_motions;
+    if (first_description_.Steps(*model, parameters) != cloth.is_second) {
+      DRAPE_RETURN_IF_ERROR(Home(cloth.is_second).Write(cloth.inner, update));
     } else {
-      DRAPE_RETURN_IF_ERROR(Move(handle, model, update));
+      DRAPE_RETURN_IF_ERROR(Move(handle, model, parameters, update));
     }
+    cloth.parameters = std::move(parameters);
     cloth.model = model;
     if (update.state) cloth.fault = update.fault;
     return Status::Ok();
@@ -224,6 +227,7 @@ class BackendPair final : public DeviceBackend {
  private:
   struct Cloth {
     std::shared_ptr<const SceneModel> model;
+    ClothParameters parameters;  // as written; steps move its colliders on
     bool is_second = false;
     ClothHandle inner = {};  // that of its backend
     FaultReason fault = FaultReason::kNone;
@@ -266,7 +270,7 @@ class BackendPair final : public DeviceBackend {
 
   // `update` of a cloth that the other backend steps from now on.
   Status Move(ClothHandle handle, std::shared_ptr<const SceneModel> model,
-              const ClothUpdate& update);
+              const ClothParameters& parameters, const ClothUpdate& update);
 
   const std::unique_ptr<Backend> first_, second_;
   const BackendDescription first_description_, second_description_;
@@ -275,7 +279,7 @@ class BackendPair final : public DeviceBackend {
 };
 
 Status BackendPair::Move(ClothHandle handle, std::shared_ptr<const SceneModel> model,
-                         const ClothUpdate& update) {
+                         const ClothParameters& parameters, const ClothUpdate& update) {
   Cloth& cloth = cloths_.at(handle);
   Backend& from = Home(cloth.is_second);
   Backend& to = Home(!cloth.is_second);
@@ -293,7 +297,7 @@ Status BackendPair::Move(ClothHandle handle, std::shared_ptr<const SceneModel> m
     rest.may_cross_itself = from.MayCrossItself(cloth.inner);
   }
   DRAPE_ASSIGN_OR_RETURN(const ClothHandle inner,
-                         to.Create(std::move(model), *update.parameters, *rest.state));
+                         to.Create(std::move(model), parameters, *rest.state));
   if (const Status written = to.Write(inner, rest); !written.ok()) {
     to.Destroy(inner);
     return written;

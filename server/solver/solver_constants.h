@@ -51,6 +51,12 @@ inline constexpr double kContactMarginRatio = 1e-3;
 // nothing touches; smaller: particles get farther, and then all colliders are tested.
 inline constexpr double kReachFactor = 2;
 inline constexpr double kReachMarginRatio = 0.01;
+// A moving ball or capsule whose radius is below this many edge lengths of the cloth is sharp for
+// it: its edges touch it, too (ColliderContact::kAuto) [-]. An edge of length l over a radius R,
+// pulled taut, presses its ends at the angle l/2R against the surface, and friction mu holds them
+// for ever where tan(l/2R) >= 1/mu: at R = l for mu = 1.8. Below R = 0.7 l it also slips between
+// particles. Larger: cloths that need it not leave their lanes; smaller: edges are caught and torn.
+inline constexpr double kSharpRadius = 1.5;
 // Number of attempts to find a direction that separates a collider from that range [-].
 inline constexpr unsigned kReachDirections = 4;
 

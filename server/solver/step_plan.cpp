@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <limits>
 
+#include "server/solver/collider_contact.h"
 #include "server/solver/force_limits.h"
 #include "server/solver/hinge_stages.h"
 #include "server/solver/load.h"
@@ -155,15 +156,6 @@ double SpanGive(const SceneModel& model, const ClothParameters& parameters,
   if (load < kLeastSpanLoad) return 0;
   const double counted = std::min(load, kMostSpanLoad);
   return kSpanGive * counted * counted;
-}
-
-// A plane meets what is between particles only where it meets one of them. Bodies meet particles.
-bool HasSurfaceContacts(const SceneModel& model, const ClothParameters& parameters) {
-  return parameters.settings.collider_contact == ColliderContact::kSurface &&
-         model.constraint_count() > 0 &&
-         std::ranges::any_of(parameters.colliders, [](const Collider& collider) {
-           return collider.kind() != ShapeKind::kPlane && !collider.is_body();
-         });
 }
 
 SolverChoice ChooseSolver(const SceneModel& model, const ClothParameters& parameters,

@@ -44,8 +44,9 @@ enum class Direction { kAtEnd, kAtStart, kBlended };
 
 // What of a cloth touches colliders (server/solver/method.md, "Edges and triangles"). kParticles:
 // its particles, so that the middle of an edge of length l sinks l^2/8R into a ball. kSurface: the
-// insides of its edges and triangles, too.
-enum class ColliderContact { kParticles, kSurface };
+// insides of its edges and triangles, too. kAuto: these where a collider moves and edges could be
+// caught by it (collider_contact.h).
+enum class ColliderContact { kParticles, kSurface, kAuto };
 
 // Fully resolved settings of one cloth. Ranges, units and defaults stand in kSettings.
 struct StepSettings {
@@ -141,7 +142,8 @@ inline constexpr std::array<std::string_view, 2> kSpringIntegrationNames{"IN_FOR
 inline constexpr std::array<std::string_view, 2> kIntegrationNames{"ONE_STEP", "TWO_STEP"};
 inline constexpr std::array<std::string_view, 2> kSweepNames{"COLOURS", "STRIPS"};
 inline constexpr std::array<std::string_view, 3> kDirectionNames{"AT_END", "AT_START", "BLENDED"};
-inline constexpr std::array<std::string_view, 2> kColliderContactNames{"PARTICLES", "SURFACE"};
+inline constexpr std::array<std::string_view, 3> kColliderContactNames{"PARTICLES", "SURFACE",
+                                                                       "AUTO"};
 
 // The table: name, member, the defaults of PAPER, REALTIME and ACCURATE, the legal values.
 inline constexpr std::tuple kSettings{
@@ -166,7 +168,7 @@ inline constexpr std::tuple kSettings{
     Choice("sweep", &StepSettings::sweep, {Sweep::kColours, Sweep::kStrips, Sweep::kStrips},
            kSweepNames),
     Choice("collider_contact", &StepSettings::collider_contact,
-           {ColliderContact::kParticles, ColliderContact::kParticles, ColliderContact::kParticles},
+           {ColliderContact::kParticles, ColliderContact::kAuto, ColliderContact::kAuto},
            kColliderContactNames),
     Switch("use_tethers", &StepSettings::use_tethers, {false, true, false}),
     Number("twist_damping_per_s", &StepSettings::twist_damping_per_s, {0, 150, 0}, {0, 1e6, "1/s"}),

@@ -27,9 +27,15 @@ Scene HungSheet() {
 }
 
 // Cells of 6 cm on a ball of 10 cm.
-Scene SheetOnABall() {
+// One rests, one that is small for its edges moves.
+Scene SheetOnTwoBalls() {
   Scene scene = Grid(6, 6, 0.3, 0.3);
-  scene.parameters.colliders = {SphereAt({0.15, -0.11, 0.14}, 0.1)};
+  scene.parameters.colliders = {SphereAt({0.15, -0.11, 0.14}, 0.1),
+                                SphereAt({0.03, -0.035, 0.03}, 0.03)};
+  for (const Collider& ball : scene.parameters.colliders) {
+    scene.parameters.collider_motions.push_back(RigidMotion::AtRest(CentreOf(ball)));
+  }
+  scene.parameters.collider_motions[1].velocity_m_per_s = {0, 0.1, 0};
   return scene;
 }
 
@@ -84,7 +90,7 @@ const std::map<std::string, SwitchCase, std::less<>>& Cases() {
       // Nor this: the scheduler leaves steps out, here after a second.
       {"sleep_motion_m", {SmallSheet, "substeps: 2", "sleep_motion_m: 1", 80}},
       {"sleep_after_s", {SmallSheet, "substeps: 2 sleep_motion_m: 1", "sleep_after_s: 0.2", 80}},
-      {"collider_contact", {SheetOnABall, "", ""}},
+      {"collider_contact", {SheetOnTwoBalls, "", ""}},
       {"use_tethers", {HungSheet, "use_tethers: true", "use_tethers: false"}},
   };
   return cases;

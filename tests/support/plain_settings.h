@@ -6,7 +6,7 @@
 namespace drape::test {
 
 // 60 substeps of one sweep along strips, two steps, tethers; no twist damping, no refinement, no
-// load limit, no sleep.
+// load limit, no sleep; particles alone touch colliders.
 inline StepSettings PlainSettings() {
   StepSettings settings = PresetSettings(Preset::kRealtime);
   settings.substeps = 60;
@@ -14,6 +14,7 @@ inline StepSettings PlainSettings() {
   settings.refine_above_strain = 0;
   settings.load_limit = 0;
   settings.sleep_motion_m = 0;
+  settings.collider_contact = ColliderContact::kParticles;
   return settings;
 }
 

@@ -26,6 +26,7 @@
 #include "server/solver/cpu/model/float_model.h"
 #include "server/solver/cpu/side_by_side/group_step.h"
 #include "server/solver/cpu/simd/denormals.h"
+#include "server/solver/cpu/step/find_reach.h"
 #include "server/solver/cpu/step/step_team.h"
 #include "server/solver/cpu/step_groups.h"
 #include "server/solver/cpu/world.h"
@@ -346,7 +347,7 @@ class CpuBackend final : public Backend {
     if (!cloths.empty()) StepCloths(cloths, ScratchOfThisThread().lanes);
     for (size_t lane = 0; lane < cloths.size(); ++lane) {
       const uint32_t k = in_lanes[lane];
-      if (cloths[lane].has_left_flight) {
+      if (cloths[lane].must_be_alone) {
         by_themselves.push_back(k);
       } else {
         batch.reports[k] = EndLane(cloths_.At(items[k].cloth), cloths[lane]);
@@ -358,13 +359,17 @@ class CpuBackend final : public Backend {
     }
   }
 
-  // The cloth of an item as the next lane has it; none: it may touch itself in this step.
+  // The cloth of an item as the next lane has it; none: in this step it may touch itself, or its
+  // edges a collider.
   std::optional<GroupCloth> LaneOf(const StepItem& item, size_t lane) {
     Cloth& cloth = cloths_.At(item.cloth);
     ThreadScratch& scratch = ScratchOfThisThread();
     SetTargets(cloth, item);
     GroupCloth next{ContextOf(cloth, item, *cloth.scheme, scratch.alone, scratch.single),
                     item.measure, cloth.state};
+    if (cloth.surface_parts != nullptr && MayTouchEdges(next.context, cloth.state)) {
+      return std::nullopt;
+    }
     if (cloth.contact_surface != nullptr && !FindFlight(next, lane)) return std::nullopt;
     return next;
   }

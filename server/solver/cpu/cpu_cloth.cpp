@@ -151,6 +151,7 @@ StepContext ContextOf(Cloth& cloth, const StepItem& item, const Scheme& scheme,
   context.may_cross_itself = cloth.may_cross_itself;
   context.asks_for_impulses = item.impulses;
   context.colliders = cloth.parameters.colliders;
+  context.collider_contact = cloth.parameters.settings.collider_contact;
   return context;
 }
 

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "server/core/check.h"
+#include "server/solver/collider_contact.h"
 #include "server/solver/cpu_reference/reference_step.h"
 #include "server/solver/update_check.h"
 
@@ -195,8 +196,8 @@ class ReferenceBackend final : public Backend {
     const bool touches_itself =
         cloth.parameters.self_collision && !cloth.model->triangles().empty();
     cloth.contact_surface = touches_itself ? surfaces_.Get(cloth.model) : nullptr;
-    const bool is_surface = cloth.parameters.settings.collider_contact == ColliderContact::kSurface;
-    cloth.surface_parts = is_surface ? parts_.Get(cloth.model) : nullptr;
+    const bool has_parts = HasSurfaceContacts(*cloth.model, cloth.parameters);
+    cloth.surface_parts = has_parts ? parts_.Get(cloth.model) : nullptr;
   }
 
   // Those of `particles`; empty: all.

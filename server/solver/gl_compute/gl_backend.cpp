@@ -57,10 +57,10 @@ class GlBackend final : public DeviceBackend {
             .is_hardware_gpu = !context.is_software(),
             .can_step = KernelsCanStep,
             .plan_of = KernelPlan,
-            .prepare =
-                [compiler = compiler_](const SceneModel& model, const ClothParameters& parameters) {
-                  compiler->Prepare(model, parameters);
-                }};
+            .prepare = [compiler = compiler_](const SceneModel& model,
+                                              const ClothParameters& parameters) {
+              compiler->Prepare(model, parameters);
+            }};
   }
 
   Result<ClothHandle> Create(std::shared_ptr<const SceneModel> model,

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <sstream>
 
+#include "server/solver/collider_contact.h"
 #include "server/solver/energy_watch.h"
 #include "server/solver/gl_compute/kernel_costs.h"
 #include "server/solver/gl_compute/local_sizes.h"
@@ -168,10 +169,9 @@ TraitSet TraitsOf(const PlannedCloth& cloth, const DeviceTraits& device) {
 
 }  // namespace
 
-bool KernelsCanStep(const SceneModel&, const ClothParameters& parameters) {
-  const bool has_surface = parameters.settings.collider_contact == ColliderContact::kSurface &&
-                           !parameters.colliders.empty();
-  return !parameters.is_in_world && !HasBodies(parameters.colliders) && !has_surface;
+bool KernelsCanStep(const SceneModel& model, const ClothParameters& parameters) {
+  return !parameters.is_in_world && !HasBodies(parameters.colliders) &&
+         !HasSurfaceContacts(model, parameters);
 }
 
 std::string KernelVariant::Defines() const {

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 
+#include "server/solver/collider_contact.h"
 #include "server/solver/solver_constants.h"
 #include "server/solver/surface_contact/contact_numbers.h"
 
@@ -34,9 +35,9 @@ void SurfaceContacts<V>::Begin(const SurfaceParts& parts, const Solids& solids,
   solids_.clear();
   for (const uint32_t c : solids.places) {
     const Collider& collider = solids.colliders[c];
-    if (collider.kind() == ShapeKind::kPlane || collider.is_body()) continue;
-    solids_.push_back({PlacedSolid<V>(
-        collider, solids.motions.empty() ? nullptr : &solids.motions[c], solids.thickness_m, c)});
+    const RigidMotion* const motion = solids.motions.empty() ? nullptr : &solids.motions[c];
+    if (!TouchesEdges(solids.contact, collider, motion, solids.edge_length_m)) continue;
+    solids_.push_back({PlacedSolid<V>(collider, motion, solids.thickness_m, c)});
   }
 }
 

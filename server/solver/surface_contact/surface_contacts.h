@@ -9,6 +9,7 @@
 
 #include "server/scene/colliders.h"
 #include "server/scene/rigid_motion.h"
+#include "server/solver/step_settings.h"
 #include "server/solver/surface_contact/lowest_point.h"
 #include "server/solver/surface_contact/placed_solid.h"
 #include "server/solver/surface_contact/surface_parts.h"
@@ -69,13 +70,15 @@ class SurfaceContacts {
   using Real = ScalarOf<V>;
   using Contact = SurfaceContact<V>;
 
-  // The solids of a step: all colliders but planes and bodies among `places`. `motions`: of all
-  // colliders, or empty.
+  // The solids of a step: those of the colliders among `places` that edges touch (TouchesEdges).
+  // `motions`: of all colliders, or empty.
   struct Solids {
     std::span<const Collider> colliders;
     std::span<const RigidMotion> motions;
     std::span<const uint32_t> places;
     double thickness_m = 0;
+    ColliderContact contact = ColliderContact::kSurface;
+    double edge_length_m = 0;
   };
   void Begin(const SurfaceParts& parts, const Solids& solids, const StepNumbers<V>& numbers);
 

@@ -71,7 +71,7 @@ struct GroupCloth {
   std::optional<ExpectedFlight> flight{};
   StepReport report{};
   bool has_gained_energy = false;  // not stepped: it is to be by StepCalmer
-  bool has_left_flight = false;    // not stepped: it is to be by StepCloth
+  bool must_be_alone = false;      // not stepped: it is to be by StepCloth
 };
 
 // Whether the cloths have one model.

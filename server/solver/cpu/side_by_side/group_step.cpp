@@ -107,8 +107,8 @@ void StepSideBySide(std::span<GroupCloth> cloths, GroupScratch& scratch) {
   if (context.reach.has_far) ScatterReaches(context, reaches);
   for (size_t lane = 0; lane < cloths.size(); ++lane) {
     GroupCloth& cloth = cloths[lane];
-    cloth.has_left_flight = (have_left_flight >> lane & 1) != 0;
-    if (cloth.has_left_flight) continue;
+    cloth.must_be_alone = (have_left_flight >> lane & 1) != 0;
+    if (cloth.must_be_alone) continue;
     FloatState& working = cloth.context.scratch.state;
     std::swap(working, scratch.results[lane]);
     if (cloth.measure) ScatterImpulses(context, lane, cloth.context.scratch);
@@ -169,7 +169,7 @@ LaneSupport SupportedLanes() {
 bool FitsLanes(const FloatModel& model, const FloatControls& controls) {
   const size_t particles = model.particle_count;
   if (particles > kMaxLaneParticles) return false;
-  if (controls.has_bodies || controls.plan.solver.has_surface_contacts) return false;
+  if (controls.has_bodies) return false;
   if (particles * controls.colliders.size() > kMaxLaneContacts) return false;
   const auto is_map = [](const FloatCollider& collider) {
     return collider.kind == ShapeKind::kDistanceMap;
@@ -183,18 +183,24 @@ void StepCloths(std::span<GroupCloth> cloths, GroupScratch& scratch) {
   HWY_DYNAMIC_DISPATCH(StepSideBySide)(cloths, scratch);
   if (scratch.unfinished.empty()) return;
   const std::vector<size_t> lanes = std::exchange(scratch.unfinished, {});
-  scratch.repeats += lanes.size();
   std::vector<GroupCloth> again;
+  std::vector<size_t> repeated;
   for (const size_t lane : lanes) {
+    // In lanes its edges would not touch what was out of reach.
+    cloths[lane].must_be_alone = cloths[lane].context.controls.plan.solver.has_surface_contacts;
+    if (cloths[lane].must_be_alone) continue;
+    repeated.push_back(lane);
     again.push_back(
         {cloths[lane].context, cloths[lane].measure, cloths[lane].state, cloths[lane].flight});
     ReachAll(again.back().context, scratch.reaches[again.size() - 1]);
   }
+  scratch.repeats += repeated.size();
+  if (again.empty()) return;
   HWY_DYNAMIC_DISPATCH(StepSideBySide)(again, scratch);
-  for (size_t k = 0; k < lanes.size(); ++k) {
-    cloths[lanes[k]].report = again[k].report;
-    cloths[lanes[k]].has_gained_energy = again[k].has_gained_energy;
-    cloths[lanes[k]].has_left_flight = again[k].has_left_flight;
+  for (size_t k = 0; k < repeated.size(); ++k) {
+    cloths[repeated[k]].report = again[k].report;
+    cloths[repeated[k]].has_gained_energy = again[k].has_gained_energy;
+    cloths[repeated[k]].must_be_alone = again[k].must_be_alone;
   }
 }
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <numeric>
 
+#include "server/solver/collider_contact.h"
 #include "server/solver/cpu/step/collider_gap.h"
 #include "server/solver/cpu/step/collider_surface.h"
 #include "server/solver/solver_constants.h"
@@ -143,6 +144,17 @@ ParticleBox AddNear(const StepContext& context, const FloatState& state,
   const ParticleBox range = RangeOf(context, state, 1);
   AddNear(context, range, near);
   return range;
+}
+
+bool MayTouchEdges(const StepContext& context, const FloatState& state) {
+  std::vector<uint32_t> near;
+  AddNear(context, state, near);
+  return std::ranges::any_of(near, [&](uint32_t k) {
+    const RigidMotion* const motion =
+        context.collider_motions.empty() ? nullptr : &context.collider_motions[k];
+    return TouchesEdges(context.collider_contact, context.colliders[k], motion,
+                        context.model.source->length_scale_m());
+  });
 }
 
 void FindReach(const StepContext& context, const FloatState& state, ColliderReach& reach) {

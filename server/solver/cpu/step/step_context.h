@@ -158,6 +158,7 @@ struct StepContext {
   bool may_cross_itself = true;    // parts of the cloth may cross something when the step begins
   bool asks_for_impulses = false;  // StepReport::impulses
   std::span<const Collider> colliders{};
+  ColliderContact collider_contact = ColliderContact::kParticles;
 
   // Whether collider k is a rigid body.
   bool IsBody(size_t k) const { return controls.has_bodies && colliders[k].is_body(); }
