@@ -205,8 +205,10 @@ MessageSlices StateChunker::Next() {
   const auto write = [&](int field, const SentColumn& column, v1::PackedArray::DataType type,
                          std::string& encoded) {
     if (column.row_count() == 0) return;
-    if (is_encoded()) return WriteArray(field, type, row_count, SliceOf(std::move(encoded)), writer);
-    WriteArray(field, DataTypeOf(column.numbers()), row_count, column.Rows(first_row, row_count), writer);
+    if (is_encoded())
+      return WriteArray(field, type, row_count, SliceOf(std::move(encoded)), writer);
+    WriteArray(field, DataTypeOf(column.numbers()), row_count, column.Rows(first_row, row_count),
+               writer);
   };
   write(v1::StateChunk::kPositionsMFieldNumber, positions_m_,
         encoding_ == v1::StateView::FLOAT16 ? v1::PackedArray::FLOAT16 : v1::PackedArray::INT16,

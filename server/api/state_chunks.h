@@ -47,7 +47,7 @@ class StateChunker {
  private:
   // A chunk that is made.
   struct Chunk {
-    v1::StateChunk fields;  // but for the columns
+    v1::StateChunk fields;              // but for the columns
     std::string positions, velocities;  // encoded
   };
   // Makes the reductions, and keeps of the columns what is sent.

@@ -54,8 +54,7 @@ TEST(MessageSlices, AMessageOfFieldsAndSlices) {
     constexpr int kData = v1::PackedArray::kDataFieldNumber;
     constexpr int kPositions = v1::StateChunk::kPositionsMFieldNumber;
     MessageWriter writer;
-    writer.BeginField(kPositions,
-                      MessageWriter::FieldBytes(kData, bytes) + array.ByteSizeLong());
+    writer.BeginField(kPositions, MessageWriter::FieldBytes(kData, bytes) + array.ByteSizeLong());
     writer.AppendFields(array);
     writer.BeginField(kData, bytes);
     writer.Append(SliceOf(data));
@@ -67,10 +66,10 @@ TEST(MessageSlices, AMessageOfFieldsAndSlices) {
     EXPECT_EQ(found.positions_m().data_type(), v1::PackedArray::INT16);
     EXPECT_EQ(found.positions_m().shape(0), 5u);
     EXPECT_EQ(found.cloth_ids(0), 3u);
-    EXPECT_EQ(ByteSize(slices), MessageWriter::FieldBytes(
-                                    kPositions, MessageWriter::FieldBytes(kData, bytes) +
-                                                    array.ByteSizeLong()) +
-                                    chunk.ByteSizeLong());
+    EXPECT_EQ(ByteSize(slices),
+              MessageWriter::FieldBytes(
+                  kPositions, MessageWriter::FieldBytes(kData, bytes) + array.ByteSizeLong()) +
+                  chunk.ByteSizeLong());
   }
 }
 

@@ -114,13 +114,16 @@ TEST(StateChunks, ChunksTogetherAreTheWhole) {
 // What is not encoded is sent from where the backend has put it; a chunk may outlive the others.
 TEST(StateChunks, ChunksShareTheColumn) {
   ClothStates states = CountingStates<float>({3, 1, 4}, false);
-  const auto* const column =
-      std::get<std::vector<float>>(states.columns.positions_m).data();
-  std::optional<StateChunker> chunker(std::in_place,
-      std::vector<ChunkCloth>{ClothAt(0, 3), ClothAt(1, 1, {0, 1, 0}), ClothAt(2, 4)}, std::move(states), 4 * 12);
+  const auto* const column = std::get<std::vector<float>>(states.columns.positions_m).data();
+  std::optional<StateChunker> chunker(
+      std::in_place,
+      std::vector<ChunkCloth>{ClothAt(0, 3), ClothAt(1, 1, {0, 1, 0}), ClothAt(2, 4)},
+      std::move(states), 4 * 12);
   const MessageSlices first = chunker->Next(), second = chunker->Next();
   chunker.reset();
-  const auto data_of = [](const MessageSlices& chunk) { return reinterpret_cast<const float*>(chunk.back().begin()); };
+  const auto data_of = [](const MessageSlices& chunk) {
+    return reinterpret_cast<const float*>(chunk.back().begin());
+  };
   EXPECT_EQ(data_of(first), column);
   EXPECT_EQ(data_of(second), column + 4 * 3);
   const auto positions = ValuesOf<float>(test::Parsed<v1::StateChunk>(first).positions_m());

@@ -101,8 +101,8 @@ TEST(StepAnswer, InChunksIsOneAfterTheOther) {
   constexpr int kReports = 5000;
   for (const ViewSpec& view : Views()) {
     StateChunker same = Chunker<double>(view, kChunkBytes);
-    StepAnswer answer(Acknowledgement(kReports),
-                      SharedChunks(Chunker<double>(view, kChunkBytes)), 1000);
+    StepAnswer answer(Acknowledgement(kReports), SharedChunks(Chunker<double>(view, kChunkBytes)),
+                      1000);
     EXPECT_TRUE(answer.is_in_chunks());
     EXPECT_EQ(answer.ByteSizeLong(), Acknowledgement(kReports).ByteSizeLong() + 1000);
     v1::StepResponse expected = Acknowledgement(0);
