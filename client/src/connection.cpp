@@ -14,6 +14,7 @@
 #include <utility>
 
 #include "client/src/errors.h"
+#include "client/src/heap_thresholds.h"
 #include "client/src/private_server.h"
 
 namespace drape {
@@ -103,6 +104,7 @@ void Connection::Send(const SessionRoute& route, bool is_repeatable,
 std::shared_ptr<Connection> OpenConnection(const std::string& address,
                                            const ConnectOptions& options,
                                            std::shared_ptr<PrivateServer> private_server) {
+  RaiseHeapThresholds();
   auto connection = std::make_shared<Connection>();
   connection->private_server = std::move(private_server);
   connection->address = address;

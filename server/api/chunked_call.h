@@ -44,6 +44,7 @@ class ChunkedCall : public grpc::ServerWriteReactor<Message> {
 
   void End(const Status& status) {
     DropAnswer();
+    message_.Clear();
     held_ = nullptr;
     session_ = {};
     tag_.Log(status);

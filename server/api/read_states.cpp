@@ -36,9 +36,9 @@ Status ReadStatesCall::Begin(const ServiceContext& context, const Caller& caller
       session_->name(), session_->tenant(), cancel_);
 }
 
-bool ReadStatesCall::Next(v1::StateChunk* message) {
+bool ReadStatesCall::Next(grpc::ByteBuffer* message) {
   if (!chunker_->has_next()) return false;
-  chunker_->Next(message);
+  *message = ToByteBuffer(chunker_->Next());
   return true;
 }
 

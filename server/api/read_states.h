@@ -8,13 +8,13 @@
 
 namespace drape::api {
 
-class ReadStatesCall final : public ChunkedCall<v1::StateChunk> {
+class ReadStatesCall final : public ChunkedCall<grpc::ByteBuffer> {
  private:
   friend ChunkedCall;
 
   Status Begin(const ServiceContext& context, const Caller& caller,
                const v1::ReadStatesRequest& request);
-  bool Next(v1::StateChunk* message) override;
+  bool Next(grpc::ByteBuffer* message) override;
   // Also its place among the session's reads.
   void DropAnswer() override { chunker_.reset(); }
 

@@ -1,8 +1,6 @@
 // The chunks of a frame, encoded once for all streams that send it.
 #pragma once
 
-#include <grpcpp/support/slice.h>
-
 #include <cstdint>
 #include <functional>
 #include <memory>
@@ -19,17 +17,17 @@ namespace drape::api {
 // Copies may be used on different threads, each by one at a time.
 class SharedChunks {
  public:
-  // `on_encoding` is called once, when the first chunk is made.
-  SharedChunks(StateChunker chunker, std::function<void()> on_encoding);
+  // `on_encoding` is called once, when the first chunk is made; may be null.
+  explicit SharedChunks(StateChunker chunker, std::function<void()> on_encoding = nullptr);
 
   // False after the last chunk.
   bool has_next() const { return !at_->is_last; }
-  grpc::Slice Next();
+  MessageSlices Next();
 
  private:
   // A chunk keeps those behind it, so nobody has to count who still needs which.
   struct Link {
-    grpc::Slice bytes;
+    MessageSlices chunk;
     bool is_last = false;
     std::shared_ptr<Link> next;  // with Source::mutex held
   };

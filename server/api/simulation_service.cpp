@@ -115,11 +115,11 @@ SimulationService::SimulationService(ServiceContext context)
   Serve("ResetCloths", &S::ResetCloths);
   Serve("WriteStates", &S::WriteStates);
   Serve("ReadTopology", &S::ReadTopology);
-  Serve("Step", &S::Step);
-  Serve("StepInChunks", &S::StepInChunks);
+  Serve("Step", &S::StartStep);
+  Serve("StepInChunks", &S::StartStepInChunks);
   Serve("StepStream", &S::StartStepStream);
   Serve("Run", &S::StartRun);
-  Serve("ReadStates", &S::ReadStates);
+  Serve("ReadStates", &S::StartReadStates);
   Serve("StreamStates", &S::StartStateStream);
   Serve("Render", &S::Render);
   Serve("GetServerInfo", &S::GetServerInfo);

@@ -110,21 +110,20 @@ class SimulationService final : public v1::SimulationService::CallbackService {
   Reactor* WriteStates(Context*, const v1::WriteStatesRequest*, v1::WriteStatesResponse*) override;
   Reactor* ReadTopology(Context*, const v1::ReadTopologyRequest*, v1::Topology*) override;
 
-  Reactor* Step(Context*, const v1::StepRequest*, v1::StepResponse*) override;
-  grpc::ServerWriteReactor<v1::StepResponse>* StepInChunks(Context*,
-                                                           const v1::StepRequest*) override;
-  grpc::ServerWriteReactor<v1::StateChunk>* ReadStates(Context*,
-                                                       const v1::ReadStatesRequest*) override;
   Reactor* Render(Context*, const v1::RenderRequest*, v1::RenderResponse*) override;
 
   Reactor* GetServerInfo(Context*, const v1::GetServerInfoRequest*, v1::ServerInfo*) override;
 
  private:
-  // The streams of requests, under the names of the protocol. StreamStates answers with serialised
-  // StateChunks: they are shared by the streams that send the same ones.
+  // The others, under the names of the protocol: streams of requests, and what answers with states.
+  // Those answers are serialised already: the states in them are shared, not copied.
+  Reactor* StartStep(Context*, const v1::StepRequest*, grpc::ByteBuffer*);
+  grpc::ServerWriteReactor<grpc::ByteBuffer>* StartStepInChunks(Context*, const v1::StepRequest*);
+  grpc::ServerWriteReactor<grpc::ByteBuffer>* StartReadStates(Context*,
+                                                              const v1::ReadStatesRequest*);
   grpc::ServerReadReactor<Unparsed<v1::ImportClothsRequest>>* Import(Context*,
                                                                      v1::ImportClothsResponse*);
-  grpc::ServerBidiReactor<Unparsed<v1::StepRequest>, v1::StepResponse>* StartStepStream(Context*);
+  grpc::ServerBidiReactor<Unparsed<v1::StepRequest>, grpc::ByteBuffer>* StartStepStream(Context*);
   grpc::ServerBidiReactor<Unparsed<v1::RunRequest>, v1::RunReport>* StartRun(Context*);
   grpc::ServerBidiReactor<Unparsed<v1::StreamStatesRequest>, grpc::ByteBuffer>* StartStateStream(
       Context*);

@@ -1,9 +1,8 @@
 #include "server/api/state_chunks.h"
 
 #include <algorithm>
-#include <array>
-#include <cstring>
 #include <string>
+#include <utility>
 
 #include "server/core/check.h"
 #include "server/core/trace.h"
@@ -14,53 +13,9 @@ namespace {
 // About what the reductions of a cloth take [bytes].
 constexpr uint64_t kReductionBytes = 128;
 
-bool IsEmpty(const ScalarColumn& column) {
-  return std::visit([](const auto& values) { return values.empty(); }, column);
-}
-
-uint64_t RowBytes(v1::StateView::Encoding encoding, const ScalarColumn& column) {
-  return IsEmpty(column) ? 0 : 3 * EncodedBytes(encoding, column);
-}
-
 v1::PackedArray::DataType DataTypeOf(const ScalarColumn& column) {
   return std::holds_alternative<std::vector<double>>(column) ? v1::PackedArray::FLOAT64
                                                              : v1::PackedArray::FLOAT32;
-}
-
-// Adds `shift` in double precision, then rounds to the column's type. Without a shift they stay as
-// they are.
-template <class T>
-void AppendShifted(const T* values, uint64_t row_count, const Eigen::Vector3d& shift,
-                   std::string* data) {
-  constexpr size_t kRowBytes = 3 * sizeof(T);
-  if (shift.isZero(0)) {
-    data->append(reinterpret_cast<const char*>(values), row_count * kRowBytes);
-    return;
-  }
-  const size_t begin = data->size();
-  data->resize(begin + row_count * kRowBytes);
-  char* to = data->data() + begin;
-  for (uint64_t k = 0; k < row_count; ++k, to += kRowBytes) {
-    const std::array<T, 3> row = {static_cast<T>(double{values[3 * k]} + shift.x()),
-                                  static_cast<T>(double{values[3 * k + 1]} + shift.y()),
-                                  static_cast<T>(double{values[3 * k + 2]} + shift.z())};
-    std::memcpy(to, row.data(), kRowBytes);
-  }
-}
-
-void AppendColumn(const ScalarColumn& column, uint64_t first_row, uint64_t row_count,
-                  const Eigen::Vector3d& shift, v1::PackedArray* array) {
-  std::visit(
-      [&](const auto& values) {
-        AppendShifted(values.data() + 3 * first_row, row_count, shift, array->mutable_data());
-      },
-      column);
-}
-
-void FinishColumn(v1::PackedArray::DataType type, uint64_t row_count, v1::PackedArray* array) {
-  array->set_data_type(type);
-  array->add_shape(static_cast<uint32_t>(row_count));
-  array->add_shape(3);
 }
 
 void AppendVector(const Eigen::Vector3d& vector, google::protobuf::RepeatedField<double>* numbers) {
@@ -85,6 +40,20 @@ ScalarColumn PickRows(const ScalarColumn& column, std::span<const ChunkCloth> cl
         return picked;
       },
       column);
+}
+
+// A PackedArray of `row_count` rows of three numbers in a field of the message.
+void WriteArray(int field, v1::PackedArray::DataType type, uint64_t row_count, grpc::Slice data,
+                MessageWriter& writer) {
+  constexpr int kData = v1::PackedArray::kDataFieldNumber;
+  v1::PackedArray array;  // without its data
+  array.set_data_type(type);
+  array.add_shape(static_cast<uint32_t>(row_count));
+  array.add_shape(3);
+  writer.BeginField(field, array.ByteSizeLong() + MessageWriter::FieldBytes(kData, data.size()));
+  writer.AppendFields(array);
+  writer.BeginField(kData, data.size());
+  writer.Append(std::move(data));
 }
 
 uint64_t ColumnsOf(const StateFields& fields) {
@@ -123,20 +92,23 @@ std::vector<ChunkCloth> ChunkClothsOf(const ClothList& cloths, const ViewSpec& v
 StateChunker::StateChunker(std::vector<ChunkCloth> cloths, ClothStates states,
                            uint64_t max_data_bytes, const ViewSpec& view)
     : cloths_(std::move(cloths)),
-      states_(std::move(states)),
+      stamps_(std::move(states.cloths)),
       encoding_(view.encoding),
       reduction_spec_(view.reductions) {
-  DRAPE_CHECK(cloths_.size() == states_.cloths.size(), "one stamp per cloth");
-  if (reduction_spec_.any()) ReduceStates(view);
-  const uint64_t row_bytes = RowBytes(encoding_, states_.columns.positions_m) +
-                             RowBytes(encoding_, states_.columns.velocities_m_per_s);
+  DRAPE_CHECK(cloths_.size() == stamps_.size(), "one stamp per cloth");
+  if (reduction_spec_.any()) ReduceStates(view, states.columns);
+  positions_m_ = SentColumn(std::move(states.columns.positions_m));
+  velocities_m_per_s_ = SentColumn(std::move(states.columns.velocities_m_per_s));
+  const auto row_bytes_of = [&](const SentColumn& column) {
+    return column.row_count() == 0 ? 0 : 3 * EncodedBytes(encoding_, column.numbers());
+  };
+  const uint64_t row_bytes = row_bytes_of(positions_m_) + row_bytes_of(velocities_m_per_s_);
   max_rows_ = row_bytes == 0 ? UINT64_MAX : std::max<uint64_t>(max_data_bytes / row_bytes, 1);
   max_cloths_ =
       reductions_.empty() ? UINT64_MAX : std::max<uint64_t>(max_data_bytes / kReductionBytes, 1);
 }
 
-void StateChunker::ReduceStates(const ViewSpec& view) {
-  StateColumns& columns = states_.columns;
+void StateChunker::ReduceStates(const ViewSpec& view, StateColumns& columns) {
   uint64_t row = 0;
   reductions_.reserve(cloths_.size());
   for (const ChunkCloth& cloth : cloths_) {
@@ -150,83 +122,56 @@ void StateChunker::ReduceStates(const ViewSpec& view) {
   columns.velocities_m_per_s = PickRows(columns.velocities_m_per_s, cloths_, view.fields.particles);
 }
 
-// Reserves what a chunk that begins at the next row can hold: growing it step by step would copy
-// it.
-void StateChunker::Reserve(v1::StateChunk* chunk) const {
-  const auto reserve = [&](const ScalarColumn& column, auto array) {
-    if (IsEmpty(column)) return;
-    const uint64_t rows = std::visit([](const auto& values) { return values.size() / 3; }, column);
-    array()->mutable_data()->reserve(std::min(rows - next_row_, max_rows_) *
-                                     RowBytes(encoding_, column));
-  };
-  reserve(states_.columns.positions_m, [&] { return chunk->mutable_positions_m(); });
-  reserve(states_.columns.velocities_m_per_s, [&] { return chunk->mutable_velocities_m_per_s(); });
-}
-
-void StateChunker::AppendPositions(const ChunkCloth& cloth, uint64_t row_count,
-                                   v1::StateChunk* chunk) const {
-  const ScalarColumn& column = states_.columns.positions_m;
+void StateChunker::AddPositions(const ChunkCloth& cloth, uint64_t row_count, Chunk& chunk) {
   const Placement& placement = cloth.placement;
-  v1::PackedArray* array = chunk->mutable_positions_m();
   if (encoding_ == v1::StateView::FLOAT16) {
-    AppendVector(placement.environment_origin_m, chunk->mutable_origins_m());
-    AppendFloat16(column, next_row_, row_count, placement.origin_in_environment_m,
-                  array->mutable_data());
+    AppendVector(placement.environment_origin_m, chunk.fields.mutable_origins_m());
+    AppendFloat16(positions_m_.numbers(), next_row_, row_count, placement.origin_in_environment_m,
+                  &chunk.positions);
   } else if (encoding_ == v1::StateView::FIXED16) {
-    AppendVector(placement.WorldFromCloth(grid_.middle_m), chunk->mutable_origins_m());
-    chunk->add_position_steps_m(grid_.step_m);
-    AppendFixed16(column, next_row_, row_count, grid_, array->mutable_data());
+    if (next_row_of_cloth_ == 0) {
+      grid_ = FixedGridOf(positions_m_.numbers(), next_row_, cloth.row_count);
+    }
+    AppendVector(placement.WorldFromCloth(grid_.middle_m), chunk.fields.mutable_origins_m());
+    chunk.fields.add_position_steps_m(grid_.step_m);
+    AppendFixed16(positions_m_.numbers(), next_row_, row_count, grid_, &chunk.positions);
   } else {
-    AppendColumn(column, next_row_, row_count, placement.WorldFromCloth(Eigen::Vector3d::Zero()),
-                 array);
+    positions_m_.Shift(next_row_, row_count, placement.WorldFromCloth(Eigen::Vector3d::Zero()));
   }
 }
 
-void StateChunker::AppendVelocities(uint64_t row_count, v1::StateChunk* chunk) const {
-  const ScalarColumn& column = states_.columns.velocities_m_per_s;
-  v1::PackedArray* array = chunk->mutable_velocities_m_per_s();
-  if (encoding_ == v1::StateView::ENCODING_UNSPECIFIED) {
-    AppendColumn(column, next_row_, row_count, Eigen::Vector3d::Zero(), array);
-  } else {
-    AppendFloat16(column, next_row_, row_count, Eigen::Vector3d::Zero(), array->mutable_data());
-  }
+void StateChunker::AddVelocities(uint64_t row_count, Chunk& chunk) const {
+  if (!is_encoded()) return;
+  AppendFloat16(velocities_m_per_s_.numbers(), next_row_, row_count, Eigen::Vector3d::Zero(),
+                &chunk.velocities);
 }
 
-void StateChunker::AddReductions(const Reductions& reductions, v1::StateChunk* chunk) const {
-  if (reduction_spec_.coverage) chunk->add_coverages_m2(reductions.coverage_m2);
-  if (reduction_spec_.centroid) AppendVector(reductions.centroid_m, chunk->mutable_centroids_m());
+void StateChunker::AddReductions(const Reductions& reductions, v1::StateChunk* fields) const {
+  if (reduction_spec_.coverage) fields->add_coverages_m2(reductions.coverage_m2);
+  if (reduction_spec_.centroid) AppendVector(reductions.centroid_m, fields->mutable_centroids_m());
   if (reduction_spec_.box) {
-    AppendVector(reductions.box_m.min(), chunk->mutable_boxes_m());
-    AppendVector(reductions.box_m.max(), chunk->mutable_boxes_m());
+    AppendVector(reductions.box_m.min(), fields->mutable_boxes_m());
+    AppendVector(reductions.box_m.max(), fields->mutable_boxes_m());
   }
   if (reduction_spec_.target_distance) {
-    chunk->add_target_distances_m(reductions.target_distance_m);
+    fields->add_target_distances_m(reductions.target_distance_m);
   }
 }
 
 // The next `row_count` rows, which are rows of this cloth, the next one.
-void StateChunker::AddCloth(const ChunkCloth& cloth, uint64_t row_count, v1::StateChunk* chunk) {
-  const ClothStamp& stamp = states_.cloths[next_cloth_];
-  chunk->add_cloth_ids(cloth.id.Packed());
-  chunk->add_particle_counts(static_cast<uint32_t>(row_count));
-  chunk->add_first_particles(next_row_of_cloth_);
-  chunk->add_steps(stamp.completed_steps);
-  chunk->add_times_s(stamp.time_s);
-  if (!reductions_.empty()) AddReductions(reductions_[next_cloth_], chunk);
-  if (!IsEmpty(states_.columns.positions_m)) {
-    if (encoding_ == v1::StateView::FIXED16 && next_row_of_cloth_ == 0) {
-      grid_ = FixedGridOf(states_.columns.positions_m, next_row_, cloth.row_count);
-    }
-    AppendPositions(cloth, row_count, chunk);
-  }
-  if (!IsEmpty(states_.columns.velocities_m_per_s)) AppendVelocities(row_count, chunk);
+void StateChunker::AddCloth(const ChunkCloth& cloth, uint64_t row_count, Chunk& chunk) {
+  const ClothStamp& stamp = stamps_[next_cloth_];
+  chunk.fields.add_cloth_ids(cloth.id.Packed());
+  chunk.fields.add_particle_counts(static_cast<uint32_t>(row_count));
+  chunk.fields.add_first_particles(next_row_of_cloth_);
+  chunk.fields.add_steps(stamp.completed_steps);
+  chunk.fields.add_times_s(stamp.time_s);
+  if (!reductions_.empty()) AddReductions(reductions_[next_cloth_], &chunk.fields);
+  if (positions_m_.row_count() > 0) AddPositions(cloth, row_count, chunk);
+  if (velocities_m_per_s_.row_count() > 0) AddVelocities(row_count, chunk);
 }
 
-void StateChunker::Next(v1::StateChunk* chunk) {
-  const trace::Span span("encode_states");
-  DRAPE_CHECK(!is_done_, "no chunk left");
-  chunk->Clear();
-  Reserve(chunk);
+uint64_t StateChunker::AddCloths(Chunk& chunk) {
   uint64_t rows = 0, cloths = 0;
   while (next_cloth_ < cloths_.size() && rows < max_rows_ && cloths < max_cloths_) {
     const ChunkCloth& cloth = cloths_[next_cloth_];
@@ -244,20 +189,33 @@ void StateChunker::Next(v1::StateChunk* chunk) {
       next_row_of_cloth_ = 0;
     }
   }
-  const bool is_encoded = encoding_ != v1::StateView::ENCODING_UNSPECIFIED;
-  if (chunk->has_positions_m()) {
-    FinishColumn(!is_encoded                           ? DataTypeOf(states_.columns.positions_m)
-                 : encoding_ == v1::StateView::FLOAT16 ? v1::PackedArray::FLOAT16
-                                                       : v1::PackedArray::INT16,
-                 rows, chunk->mutable_positions_m());
-  }
-  if (chunk->has_velocities_m_per_s()) {
-    FinishColumn(
-        is_encoded ? v1::PackedArray::FLOAT16 : DataTypeOf(states_.columns.velocities_m_per_s),
-        rows, chunk->mutable_velocities_m_per_s());
-  }
+  return rows;
+}
+
+MessageSlices StateChunker::Next() {
+  const trace::Span span("encode_states");
+  DRAPE_CHECK(!is_done_, "no chunk left");
+  Chunk chunk;
+  const uint64_t first_row = next_row_;
+  const uint64_t row_count = AddCloths(chunk);
   is_done_ = next_cloth_ == cloths_.size();
-  chunk->set_is_last(is_done_);
+  chunk.fields.set_is_last(is_done_);
+  MessageWriter writer;
+  writer.AppendFields(chunk.fields);
+  const auto write = [&](int field, const SentColumn& column, v1::PackedArray::DataType type,
+                         std::string& encoded) {
+    if (column.row_count() == 0) return;
+    if (is_encoded())
+      return WriteArray(field, type, row_count, SliceOf(std::move(encoded)), writer);
+    WriteArray(field, DataTypeOf(column.numbers()), row_count, column.Rows(first_row, row_count),
+               writer);
+  };
+  write(v1::StateChunk::kPositionsMFieldNumber, positions_m_,
+        encoding_ == v1::StateView::FLOAT16 ? v1::PackedArray::FLOAT16 : v1::PackedArray::INT16,
+        chunk.positions);
+  write(v1::StateChunk::kVelocitiesMPerSFieldNumber, velocities_m_per_s_, v1::PackedArray::FLOAT16,
+        chunk.velocities);
+  return std::move(writer).Finish();
 }
 
 }  // namespace drape::api

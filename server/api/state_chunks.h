@@ -3,9 +3,12 @@
 
 #include <cstdint>
 #include <span>
+#include <string>
 #include <vector>
 
 #include "drape/v1/state.pb.h"
+#include "server/api/message_slices.h"
+#include "server/api/sent_column.h"
 #include "server/api/state_encoding.h"
 #include "server/api/view_validation.h"
 #include "server/core/ids.h"
@@ -27,7 +30,8 @@ std::vector<ChunkCloth> ChunkClothsOf(const ClothList& cloths, const ViewSpec& v
 
 // Cuts states into chunks of at most `max_data_bytes` of columns each. A cloth of too many rows for
 // any chunk begins in a chunk of its own and continues in the next ones; the others are never
-// split. Reductions are made by the constructor. Not thread-safe.
+// split. Reductions are made by the constructor. Columns without an encoding become the world's
+// where they are, and the chunks share them. Not thread-safe.
 class StateChunker {
  public:
   // `cloths` and `states.cloths` are in the same order; `states` are what view.FieldsRead() asks
@@ -37,20 +41,28 @@ class StateChunker {
 
   // False after the last chunk. States of no cloth are one chunk without cloths.
   bool has_next() const { return !is_done_; }
-  // Overwrites `chunk`; is_last is set on the last one.
-  void Next(v1::StateChunk* chunk);
+  // The next StateChunk; is_last is set on the last one.
+  MessageSlices Next();
 
  private:
+  // A chunk that is made.
+  struct Chunk {
+    v1::StateChunk fields;              // but for the columns
+    std::string positions, velocities;  // encoded
+  };
   // Makes the reductions, and keeps of the columns what is sent.
-  void ReduceStates(const ViewSpec& view);
-  void Reserve(v1::StateChunk* chunk) const;
-  void AddCloth(const ChunkCloth& cloth, uint64_t row_count, v1::StateChunk* chunk);
-  void AddReductions(const Reductions& reductions, v1::StateChunk* chunk) const;
-  void AppendPositions(const ChunkCloth& cloth, uint64_t row_count, v1::StateChunk* chunk) const;
-  void AppendVelocities(uint64_t row_count, v1::StateChunk* chunk) const;
+  void ReduceStates(const ViewSpec& view, StateColumns& columns);
+  bool is_encoded() const { return encoding_ != v1::StateView::ENCODING_UNSPECIFIED; }
+  // Adds as many cloths as fit, and returns their number of rows.
+  uint64_t AddCloths(Chunk& chunk);
+  void AddCloth(const ChunkCloth& cloth, uint64_t row_count, Chunk& chunk);
+  void AddReductions(const Reductions& reductions, v1::StateChunk* fields) const;
+  void AddPositions(const ChunkCloth& cloth, uint64_t row_count, Chunk& chunk);
+  void AddVelocities(uint64_t row_count, Chunk& chunk) const;
 
   std::vector<ChunkCloth> cloths_;
-  ClothStates states_;
+  std::vector<ClothStamp> stamps_;
+  SentColumn positions_m_, velocities_m_per_s_;
   v1::StateView::Encoding encoding_;
   ReductionSpec reduction_spec_;
   std::vector<Reductions> reductions_;  // of each cloth, or empty

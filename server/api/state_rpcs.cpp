@@ -5,7 +5,7 @@
 
 namespace drape::api {
 
-grpc::ServerWriteReactor<v1::StateChunk>* SimulationService::ReadStates(
+grpc::ServerWriteReactor<grpc::ByteBuffer>* SimulationService::StartReadStates(
     Context* context, const v1::ReadStatesRequest* request) {
   return ReadStatesCall::Start<ReadStatesCall>("ReadStates", context_, context_.Identify(*context),
                                                *request);

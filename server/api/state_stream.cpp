@@ -1,7 +1,6 @@
 #include "server/api/state_stream.h"
 
 #include <algorithm>
-#include <array>
 #include <limits>
 #include <string>
 #include <utility>
@@ -51,6 +50,7 @@ void StateStreamReactor::FinishReading() {
 void StateStreamReactor::OnWriteDone(bool ok) {
   const std::lock_guard lock(mutex_);
   is_writing_ = false;
+  chunk_.Clear();
   if (!ok) return LoseClient();
   if (!frames_.front().chunks.has_next()) {
     last_frame_ = frames_.front().number;
@@ -204,9 +204,9 @@ void StateStreamReactor::WriteNext() {
   v1::StateChunk own;  // parts of a message may follow each other in any order
   own.set_frame(frame.number);
   own.set_frames_dropped(std::exchange(frame.frames_dropped, 0));  // in its first chunk only
-  const std::array<grpc::Slice, 2> parts = {frame.chunks.Next(),
-                                            grpc::Slice(own.SerializeAsString())};
-  chunk_ = grpc::ByteBuffer(parts.data(), parts.size());
+  MessageSlices parts = frame.chunks.Next();
+  parts.emplace_back(own.SerializeAsString());
+  chunk_ = ToByteBuffer(parts);
   is_writing_ = true;
   StartWrite(&chunk_);
 }

@@ -11,39 +11,61 @@ namespace {
 // Of about half a kilobyte each.
 constexpr int kReportsPerMessage = 2048;
 
+MessageSlices ToMessage(const v1::StepResponse& rest, const MessageSlices& states) {
+  MessageWriter writer;
+  writer.AppendFields(rest);
+  if (!states.empty()) {
+    writer.BeginField(v1::StepResponse::kStatesFieldNumber, ByteSize(states));
+    writer.Append(states);
+  }
+  return std::move(writer).Finish();
+}
+
 }  // namespace
 
-StepAnswer::StepAnswer(v1::StepResponse answer, std::optional<StateChunker> states,
-                       uint64_t state_bytes)
+StepAnswer::StepAnswer(v1::StepResponse answer, MessageSlices states)
     : rest_(std::move(answer)),
       states_(std::move(states)),
+      state_bytes_(ByteSize(states_)),
+      has_next_(true) {}
+
+StepAnswer::StepAnswer(v1::StepResponse answer, std::optional<SharedChunks> chunks,
+                       uint64_t state_bytes)
+    : rest_(std::move(answer)),
+      chunks_(std::move(chunks)),
       state_bytes_(state_bytes),
       is_in_chunks_(true),
       has_next_(true) {}
 
 bool StepAnswer::HasMore() const {
-  return next_report_ < rest_.reports_size() || (states_ && states_->has_next());
+  return next_report_ < rest_.reports_size() || (chunks_ && chunks_->has_next());
 }
 
-void StepAnswer::Next(v1::StepResponse* message) {
+v1::StepResponse StepAnswer::NextPart() {
+  v1::StepResponse part;
+  google::protobuf::RepeatedPtrField<v1::StepReport> reports;
+  reports.Swap(rest_.mutable_reports());
+  if (std::exchange(is_first_, false)) part = rest_;
+  const int end = std::min(next_report_ + kReportsPerMessage, reports.size());
+  for (; next_report_ < end; ++next_report_) {
+    part.mutable_reports()->Add(std::move(reports[next_report_]));
+  }
+  reports.Swap(rest_.mutable_reports());
+  return part;
+}
+
+MessageSlices StepAnswer::Next() {
   DRAPE_CHECK(has_next_, "no message left");
   if (!is_in_chunks_) {
     has_next_ = false;
-    *message = std::move(rest_);
-    return;
+    return ToMessage(rest_, states_);
   }
-  message->Clear();
-  google::protobuf::RepeatedPtrField<v1::StepReport> reports;
-  reports.Swap(rest_.mutable_reports());
-  if (std::exchange(is_first_, false)) *message = rest_;
-  const int end = std::min(next_report_ + kReportsPerMessage, reports.size());
-  for (; next_report_ < end; ++next_report_) {
-    message->mutable_reports()->Add(std::move(reports[next_report_]));
-  }
-  reports.Swap(rest_.mutable_reports());
-  if (states_ && states_->has_next()) states_->Next(message->mutable_states());
+  v1::StepResponse part = NextPart();
+  MessageSlices states;
+  if (chunks_ && chunks_->has_next()) states = chunks_->Next();
   has_next_ = HasMore();
-  message->set_continues(has_next_);
+  part.set_continues(has_next_);
+  return ToMessage(part, states);
 }
 
 }  // namespace drape::api

@@ -5,32 +5,36 @@
 #include <optional>
 
 #include "drape/v1/step.pb.h"
-#include "server/api/state_chunks.h"
+#include "server/api/message_slices.h"
+#include "server/api/shared_chunks.h"
 
 namespace drape::api {
 
-// Copies are as large as the answer. Not thread-safe.
+// Copies share the states. Not thread-safe; copies may be used on different threads.
 class StepAnswer {
  public:
   StepAnswer() = default;
-  // In one message.
-  explicit StepAnswer(v1::StepResponse answer) : rest_(std::move(answer)), has_next_(true) {}
+  // In one message: `answer`, which is without states, and `states`, a StateChunk; none if empty.
+  explicit StepAnswer(v1::StepResponse answer, MessageSlices states = {});
   // In several: the first one has everything but states and reports, each one some more of those.
-  // `answer` is without states, `states` makes their chunks.
-  StepAnswer(v1::StepResponse answer, std::optional<StateChunker> states, uint64_t state_bytes);
+  // `answer` is without states, `chunks` makes theirs, of `state_bytes` together.
+  StepAnswer(v1::StepResponse answer, std::optional<SharedChunks> chunks, uint64_t state_bytes);
 
   bool has_next() const { return has_next_; }
-  // Overwrites `message`, which says whether others follow.
-  void Next(v1::StepResponse* message);
+  // The next StepResponse, which says whether others follow.
+  MessageSlices Next();
   // Of all messages together, about.
   uint64_t ByteSizeLong() const { return rest_.ByteSizeLong() + state_bytes_; }
   bool is_in_chunks() const { return is_in_chunks_; }
 
  private:
   bool HasMore() const;
+  // What comes next but for the states.
+  v1::StepResponse NextPart();
 
   v1::StepResponse rest_;  // what comes first, and the reports of all messages
-  std::optional<StateChunker> states_;
+  MessageSlices states_;   // in one message
+  std::optional<SharedChunks> chunks_;
   uint64_t state_bytes_ = 0;
   int next_report_ = 0;
   bool is_in_chunks_ = false;

@@ -19,9 +19,9 @@ Status StepChunksCall::Begin(const ServiceContext& context, const Caller& caller
   return Status::Ok();
 }
 
-bool StepChunksCall::Next(v1::StepResponse* message) {
+bool StepChunksCall::Next(grpc::ByteBuffer* message) {
   if (!answer_.has_next()) return false;
-  answer_.Next(message);
+  *message = ToByteBuffer(answer_.Next());
   return true;
 }
 

@@ -6,12 +6,12 @@
 
 namespace drape::api {
 
-class StepChunksCall final : public ChunkedCall<v1::StepResponse> {
+class StepChunksCall final : public ChunkedCall<grpc::ByteBuffer> {
  private:
   friend ChunkedCall;
 
   Status Begin(const ServiceContext& context, const Caller& caller, const v1::StepRequest& request);
-  bool Next(v1::StepResponse* message) override;
+  bool Next(grpc::ByteBuffer* message) override;
   void DropAnswer() override { answer_ = {}; }
 
   StepAnswer answer_;

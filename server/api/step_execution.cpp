@@ -39,7 +39,7 @@ struct StepCall {
   }
 
  private:
-  // An answer in chunks may be larger than anything that is kept: it is not copied for nothing.
+  // An answer in chunks may be larger than anything that is kept: no others go for it.
   void Remember(const Result<StepAnswer>& answer) {
     RequestMemory& memory = session->request_memory();
     if (answer.ok() && answer.value().is_in_chunks() &&
@@ -67,13 +67,16 @@ Result<StepAnswer> ToAnswer(StepCall& call, StepOutcome outcome, const ServiceCo
   const bool is_in_chunks = call.form == AnswerForm::kChunks;
   const uint64_t state_bytes =
       BytesSent(call.chunk_cloths, context.scheduler.description().scalar, call.view);
-  std::optional<StateChunker> states =
+  std::optional<StateChunker> chunker =
       ChunkerOf(call, outcome, is_in_chunks ? context.limits.max_chunk_bytes : UINT64_MAX);
-  if (states && !is_in_chunks) states->Next(answer.mutable_states());
+  MessageSlices states;
+  if (chunker && !is_in_chunks) states = chunker->Next();
   answer.mutable_timing()->set_encode_us(
       static_cast<uint64_t>(context.clock.NowUs() - outcome.device_done_us));
-  if (!is_in_chunks) return StepAnswer(std::move(answer));
-  return StepAnswer(std::move(answer), std::move(states), state_bytes);
+  if (!is_in_chunks) return StepAnswer(std::move(answer), std::move(states));
+  std::optional<SharedChunks> chunks;
+  if (chunker) chunks.emplace(std::move(*chunker));
+  return StepAnswer(std::move(answer), std::move(chunks), state_bytes);
 }
 
 Status CheckStateBytes(const std::vector<ChunkCloth>& cloths, const ViewSpec& view,

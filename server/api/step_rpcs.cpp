@@ -8,8 +8,9 @@
 
 namespace drape::api {
 
-grpc::ServerUnaryReactor* SimulationService::Step(Context* context, const v1::StepRequest* request,
-                                                  v1::StepResponse* response) {
+grpc::ServerUnaryReactor* SimulationService::StartStep(Context* context,
+                                                       const v1::StepRequest* request,
+                                                       grpc::ByteBuffer* response) {
   const Caller caller = context_.Identify(*context);
   if (caller.is_refused) return Refuse(context);
   const RequestTag tag(caller, *request);
@@ -18,18 +19,20 @@ grpc::ServerUnaryReactor* SimulationService::Step(Context* context, const v1::St
                   tag);
   }
   UnaryCall* call = UnaryCall::New(tag);
-  StartStep(context_, caller, *request, AnswerForm::kMessage, call->cancel, call->hold(),
-            EndWith<StepAnswer>(call, [response](StepAnswer& answer) { answer.Next(response); }));
+  api::StartStep(context_, caller, *request, AnswerForm::kMessage, call->cancel, call->hold(),
+                 EndWith<StepAnswer>(call, [response](StepAnswer& answer) {
+                   *response = ToByteBuffer(answer.Next());
+                 }));
   return call;
 }
 
-grpc::ServerWriteReactor<v1::StepResponse>* SimulationService::StepInChunks(
+grpc::ServerWriteReactor<grpc::ByteBuffer>* SimulationService::StartStepInChunks(
     Context* context, const v1::StepRequest* request) {
   return StepChunksCall::Start<StepChunksCall>("StepInChunks", context_,
                                                context_.Identify(*context), *request);
 }
 
-grpc::ServerBidiReactor<Unparsed<v1::StepRequest>, v1::StepResponse>*
+grpc::ServerBidiReactor<Unparsed<v1::StepRequest>, grpc::ByteBuffer>*
 SimulationService::StartStepStream(Context* context) {
   return StepStreamReactor::Start(context_, context_.Identify(*context));
 }

@@ -65,6 +65,7 @@ void StepStreamReactor::OnAnswer(Slot& slot, Result<StepAnswer> answer) {
 void StepStreamReactor::OnWriteDone(bool ok) {
   const std::lock_guard lock(mutex_);
   is_writing_ = false;
+  response_.Clear();
   held_ = nullptr;
   if (!ok) is_broken_ = true;
   ReadNext();
@@ -104,7 +105,7 @@ void StepStreamReactor::WriteNext() {
     return End(status);
   }
   is_writing_ = true;
-  first.answer->value().Next(&response_);
+  response_ = ToByteBuffer(first.answer->value().Next());
   if (!first.answer->value().has_next()) {
     held_ = std::move(first.held);
     slots_.pop_front();

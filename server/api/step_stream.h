@@ -17,7 +17,7 @@ namespace drape::api {
 // client has no more requests the stream ends after the last answer. Alive until gRPC and every
 // request under way have let go of it.
 class StepStreamReactor final
-    : public grpc::ServerBidiReactor<Unparsed<v1::StepRequest>, v1::StepResponse>,
+    : public grpc::ServerBidiReactor<Unparsed<v1::StepRequest>, grpc::ByteBuffer>,
       public std::enable_shared_from_this<StepStreamReactor> {
  public:
   static StepStreamReactor* Start(const ServiceContext& context, Caller caller);
@@ -52,7 +52,7 @@ class StepStreamReactor final
 
   std::mutex mutex_;
   Unparsed<v1::StepRequest> request_;        // being read
-  v1::StepResponse response_;                // being written
+  grpc::ByteBuffer response_;                // being written
   std::shared_ptr<void> held_;               // for it, if it is the last message of its answer
   std::deque<std::shared_ptr<Slot>> slots_;  // oldest first
   bool is_reading_ = false;                  // a request is being read or submitted

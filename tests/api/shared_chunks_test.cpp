@@ -7,6 +7,8 @@
 #include <thread>
 #include <vector>
 
+#include "tests/api/parsed_slices.h"
+
 namespace drape::api {
 namespace {
 
@@ -25,10 +27,7 @@ StateChunker Chunker() {
 
 std::vector<std::string> ReadAll(SharedChunks chunks) {
   std::vector<std::string> all;
-  while (chunks.has_next()) {
-    const grpc::Slice slice = chunks.Next();
-    all.emplace_back(reinterpret_cast<const char*>(slice.begin()), slice.size());
-  }
+  while (chunks.has_next()) all.push_back(test::Joined(chunks.Next()));
   return all;
 }
 
@@ -38,11 +37,7 @@ TEST(SharedChunks, EachCopyGetsWhatTheChunkerMakesAndItIsMadeOnce) {
   EXPECT_EQ(encodings, 0) << "nobody wanted a chunk";
   StateChunker chunker = Chunker();
   std::vector<std::string> expected;
-  while (chunker.has_next()) {
-    v1::StateChunk chunk;
-    chunker.Next(&chunk);
-    expected.push_back(chunk.SerializeAsString());
-  }
+  while (chunker.has_next()) expected.push_back(test::Joined(chunker.Next()));
   ASSERT_EQ(expected.size(), 10u);
   for (int k = 0; k < 3; ++k) EXPECT_EQ(ReadAll(first), expected);
   EXPECT_EQ(encodings, 1);
@@ -50,8 +45,9 @@ TEST(SharedChunks, EachCopyGetsWhatTheChunkerMakesAndItIsMadeOnce) {
 
 TEST(SharedChunks, ACopyGetsTheSameBytesNotEqualOnes) {
   SharedChunks one(Chunker(), [] {}), other = one;
-  const grpc::Slice a = one.Next(), b = other.Next();
-  EXPECT_EQ(a.begin(), b.begin());
+  const MessageSlices a = one.Next(), b = other.Next();
+  ASSERT_EQ(a.size(), b.size());
+  for (size_t k = 0; k < a.size(); ++k) EXPECT_EQ(a[k].begin(), b[k].begin());
 }
 
 TEST(SharedChunks, CopiesGoOnFromWhereTheOriginalIs) {

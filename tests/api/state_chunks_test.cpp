@@ -6,9 +6,14 @@
 #include <array>
 #include <cstring>
 #include <map>
+#include <optional>
+
+#include "tests/api/parsed_slices.h"
 
 namespace drape::api {
 namespace {
+
+using test::NextChunk;
 
 ChunkCloth ClothAt(uint32_t slot, uint32_t row_count,
                    const Eigen::Vector3d& environment_m = Eigen::Vector3d::Zero(),
@@ -47,8 +52,7 @@ TEST(StateChunks, ShiftsPositionsInDoubleAndLeavesVelocities) {
   StateChunker chunker(
       {ClothAt(4, 1, {1000, 0, 0}, {1e-5, 0, 0}), ClothAt(9, 2, {0, 0, -1}, {0, 2, 0})},
       std::move(states), UINT64_MAX);
-  v1::StateChunk chunk;
-  chunker.Next(&chunk);
+  v1::StateChunk chunk = NextChunk(chunker);
   EXPECT_TRUE(chunk.is_last());
   EXPECT_FALSE(chunker.has_next());
   EXPECT_EQ(chunk.positions_m().data_type(), v1::PackedArray::FLOAT32);
@@ -68,8 +72,7 @@ TEST(StateChunks, ShiftsPositionsInDoubleAndLeavesVelocities) {
 
 TEST(StateChunks, DoubleStatesStayDouble) {
   StateChunker chunker({ClothAt(0, 1, {0.1, 0, 0})}, CountingStates<double>({1}, false), 100);
-  v1::StateChunk chunk;
-  chunker.Next(&chunk);
+  v1::StateChunk chunk = NextChunk(chunker);
   EXPECT_EQ(chunk.positions_m().data_type(), v1::PackedArray::FLOAT64);
   EXPECT_EQ(ValuesOf<double>(chunk.positions_m()), (std::vector<double>{0.1, 1, 2}));
   EXPECT_FALSE(chunk.has_velocities_m_per_s());
@@ -86,8 +89,7 @@ TEST(StateChunks, ChunksTogetherAreTheWhole) {
     std::map<uint64_t, uint32_t> received;
     bool was_last = false;
     while (chunker.has_next()) {
-      v1::StateChunk chunk;
-      chunker.Next(&chunk);
+      v1::StateChunk chunk = NextChunk(chunker);
       EXPECT_FALSE(was_last);
       was_last = chunk.is_last();
       EXPECT_LE(chunk.positions_m().data().size() + chunk.velocities_m_per_s().data().size(),
@@ -109,11 +111,30 @@ TEST(StateChunks, ChunksTogetherAreTheWhole) {
   }
 }
 
+// What is not encoded is sent from where the backend has put it; a chunk may outlive the others.
+TEST(StateChunks, ChunksShareTheColumn) {
+  ClothStates states = CountingStates<float>({3, 1, 4}, false);
+  const auto* const column = std::get<std::vector<float>>(states.columns.positions_m).data();
+  std::optional<StateChunker> chunker(
+      std::in_place,
+      std::vector<ChunkCloth>{ClothAt(0, 3), ClothAt(1, 1, {0, 1, 0}), ClothAt(2, 4)},
+      std::move(states), 4 * 12);
+  const MessageSlices first = chunker->Next(), second = chunker->Next();
+  chunker.reset();
+  const auto data_of = [](const MessageSlices& chunk) {
+    return reinterpret_cast<const float*>(chunk.back().begin());
+  };
+  EXPECT_EQ(data_of(first), column);
+  EXPECT_EQ(data_of(second), column + 4 * 3);
+  const auto positions = ValuesOf<float>(test::Parsed<v1::StateChunk>(first).positions_m());
+  EXPECT_EQ(positions, (std::vector<float>{0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 11, 11}));
+  EXPECT_EQ(test::Parsed<v1::StateChunk>(second).positions_m().data().size(), 4 * 12u);
+}
+
 TEST(StateChunks, NoClothsIsOneEmptyChunk) {
   StateChunker chunker({}, {}, 1 << 20);
   ASSERT_TRUE(chunker.has_next());
-  v1::StateChunk chunk;
-  chunker.Next(&chunk);
+  v1::StateChunk chunk = NextChunk(chunker);
   EXPECT_TRUE(chunk.is_last());
   EXPECT_EQ(chunk.cloth_ids_size(), 0);
   EXPECT_FALSE(chunk.has_positions_m());
@@ -143,8 +164,8 @@ TEST(StateChunks, EncodedPartsAreTheWhole) {
     for (ChunkCloth& cloth : cloths) cloth.row_count = 5;
     return StateChunker(cloths, CountingStates<float>({7, 9}, true), max_bytes, view);
   };
-  v1::StateChunk whole;
-  chunker_of(UINT64_MAX).Next(&whole);
+  StateChunker in_one = chunker_of(UINT64_MAX);
+  const v1::StateChunk whole = NextChunk(in_one);
   EXPECT_EQ(whole.positions_m().data_type(), v1::PackedArray::INT16);
   EXPECT_EQ(whole.velocities_m_per_s().data_type(), v1::PackedArray::FLOAT16);
   EXPECT_EQ(whole.positions_m().shape(0), 10u);
@@ -157,8 +178,8 @@ TEST(StateChunks, EncodedPartsAreTheWhole) {
   std::string positions, velocities;
   StateChunker parts = chunker_of(3 * 12);
   int chunks = 0;
-  for (v1::StateChunk chunk; parts.has_next(); ++chunks) {
-    parts.Next(&chunk);
+  for (; parts.has_next(); ++chunks) {
+    const v1::StateChunk chunk = NextChunk(parts);
     positions += chunk.positions_m().data();
     velocities += chunk.velocities_m_per_s().data();
     for (int k = 0; k < chunk.cloth_ids_size(); ++k) {
@@ -178,12 +199,11 @@ TEST(StateChunks, ReductionsAloneHaveNoRows) {
   std::vector<ChunkCloth> cloths = {ClothAt(0, 7), ClothAt(1, 2), ClothAt(2, 3)};
   for (ChunkCloth& cloth : cloths) cloth.row_count = 0;
   StateChunker chunker(cloths, CountingStates<double>({7, 2, 3}, false), 256, view);
-  v1::StateChunk chunk;
-  chunker.Next(&chunk);
+  v1::StateChunk chunk = NextChunk(chunker);
   EXPECT_EQ(chunk.cloth_ids_size(), 2) << "a chunk is no larger than asked for";
   EXPECT_FALSE(chunk.has_positions_m());
   EXPECT_THAT(chunk.boxes_m(), testing::ElementsAre(0, 1, 2, 18, 19, 20, 21, 22, 23, 24, 25, 26));
-  chunker.Next(&chunk);
+  chunk = NextChunk(chunker);
   EXPECT_THAT(chunk.boxes_m(), testing::ElementsAre(27, 28, 29, 33, 34, 35));
   EXPECT_TRUE(chunk.is_last());
 }

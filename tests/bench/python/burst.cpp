@@ -1,7 +1,6 @@
 // burst ADDRESS CLOTHS CALLS POSITIONS MALLOPT: what client.py measures, by the C++ client: so many
 // Step requests of so many sheets of 32×32, one cheap sweep each, with positions or empty. Prints
 // one line of JSON: wall times and CPU time.
-#include <malloc.h>
 #include <sys/resource.h>
 
 #include <chrono>
@@ -41,10 +40,8 @@ int main(int argc, char** argv) {
   const auto cloths = static_cast<uint32_t>(std::atoi(argv[2]));
   const int calls = std::atoi(argv[3]);
   const bool has_positions = std::atoi(argv[4]) != 0;
-  if (std::atoi(argv[5]) != 0) {
-    mallopt(M_MMAP_THRESHOLD, 32 << 20);
-    mallopt(M_TRIM_THRESHOLD, 64 << 20);
-  }
+  // By default the library lets the heap keep what answers free.
+  if (std::atoi(argv[5]) == 0) setenv("DRAPE_MALLOPT", "0", 1);
   try {
     const drape::Client client = drape::Client::Connect(argv[1]);
     drape::Session session = client.CreateSession();

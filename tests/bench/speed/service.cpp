@@ -12,7 +12,6 @@
 #include <thread>
 #include <vector>
 
-#include "server/core/heap.h"
 #include "tests/bench/bench_scenes.h"
 #include "tests/bench/quantiles.h"
 #include "tests/bench/speed/service_client.h"
@@ -229,8 +228,6 @@ void MeasureService(Bench& bench, ServiceOptions options) {
                        "p99_ms",    "per_step_ms", "bare_ms",   "bare_per_step_ms",  "bare_mean_ms",
                        "wall_ms",   "queue_ms",    "upload_ms", "device_ms",         "readback_ms",
                        "encode_ms", "empty_ms"});
-  // As client/README.md recommends to clients that ask for states in every step.
-  KeepFreedMemory();
   const std::string backend = bench.fast_backend().name;
   const std::unique_ptr<Service> service = StartService(backend);
   for (const ServiceLoad& load : options.loads) {

@@ -1,4 +1,6 @@
 // Requests as bytes, through parsing and the validators of server/api.
+#include <grpcpp/impl/codegen/proto_utils.h>
+
 #include <algorithm>
 #include <cmath>
 #include <functional>
@@ -298,8 +300,10 @@ Status CheckViewAndSend(const v1::StateView& message) {
   api::StateChunker chunker(std::move(cloths), std::move(states), kChunkBytes, view);
   size_t arrived = 0;
   while (chunker.has_next()) {
+    grpc::ByteBuffer bytes = api::ToByteBuffer(chunker.Next());
     v1::StateChunk chunk;
-    chunker.Next(&chunk);
+    DRAPE_CHECK(grpc::SerializationTraits<v1::StateChunk>::Deserialize(&bytes, &chunk).ok(),
+                "no StateChunk");
     for (const uint32_t count : chunk.particle_counts()) arrived += count;
     DRAPE_CHECK(chunk.is_last() != chunker.has_next(), "the last one");
     DRAPE_CHECK(
