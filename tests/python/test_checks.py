@@ -20,6 +20,7 @@ WRONG = [
     (lambda c, s: s.step(timeout_s="soon"), "timeout_s: 'soon' is not"),
     (lambda c, s: s.step(ids=[[0], [0, 1]]), "ids: numbers are needed, in lists of equal lengths"),
     (lambda c, s: s.step(ids="all"), "ids: numbers are needed"),
+    (lambda c, s: s.step(ids=[2, 1, 1]), "ids: an index is given twice: 1"),
     (lambda c, s: s._session.create(sheet(), -1), "count: -1 is not a whole number in [0, 4294967295]"),
     (lambda c, s: s._session.create({"grid": 1}), "spec: {'grid': 1} is not a ClothSpec"),
     (lambda c, s: s._session.create(sheet(), overrides=[3]), "overrides: [3] is not a list of ClothOverride messages"),
@@ -33,6 +34,7 @@ WRONG = [
     (lambda c, s: s.write("abc"), "positions_m: numbers are needed, in lists of equal lengths, got 'abc'"),
     (lambda c, s: s.write(np.zeros((3, 36, 3)), frame="HERE"), "frame: 'HERE' is not one of WORLD, ENVIRONMENT"),
     (lambda c, s: s.read(particles=[-1]), "particles: [-1] is not a list of whole numbers in [0, 4294967295]"),
+    (lambda c, s: s.read(particles=[]), "particles: none is named; None means all"),
     (lambda c, s: s.read(out=[1, 2]), "out[positions]: must be an array, got list"),
     (lambda c, s: s.save(3), "name: 3 is not a text"),
     (lambda c, s: s.load("a", of=[9]), "of: index 9 is not one of the 3 cloths"),
@@ -41,6 +43,10 @@ WRONG = [
     (lambda c, s: s.update(sheet(), 3), "paths: 3 is not a list of texts"),
     (lambda c, s: s.update(3, ["pins"]), "spec: 3 is not a ClothSpec"),
     (lambda c, s: s.move_pins([[0], [0, 1]], 0), "particles: numbers are needed"),
+    (lambda c, s: s.move_pins([2**33], 0), "particles: 8589934592 is not a whole number in [0, 4294967295]"),
+    (lambda c, s: s.move_pins([0], 1j), "targets_m: numbers are needed"),
+    (lambda c, s: s.move_pins([0], ["1"]), "targets_m: numbers are needed"),
+    (lambda c, s: s.move_pins([0], None), "targets_m: numbers are needed, in lists of equal lengths, got None"),
     (lambda c, s: s.grip("left", particles=[0]), "slots: numbers are needed"),
     (lambda c, s: s.render("wide"), "width_px: 'wide' is not a whole number in [0, 4294967295]"),
     (lambda c, s: s.render(colour="red"), "colour: RenderRequest has no such field"),
@@ -50,10 +56,18 @@ WRONG = [
     (lambda c, s: s.run(hz="fast"), "steps_hz: 'fast' is not a number"),
     (lambda c, s: s.rollout(-1), "nstep: -1 is not"),
     (lambda c, s: s.rollout(2, steps=0), "steps: 0 is not"),
+    (lambda c, s: s.rollout(2, out=3), "out: the dict of an earlier rollout, or None, got int"),
     (lambda c, s: s.rollout(2, pins="0", pin_targets=[0, 0, 0]), "pins: numbers are needed"),
     (lambda c, s: c.session(ttl_s="long"), "ttl_s: 'long' is not a number"),
     (lambda c, s: c.session(name=3), "name: 3 is not a text"),
+    (lambda c, s: c.session(name="é"), "name: 'é' is not a text of printable ASCII"),
     (lambda c, s: drape.connect(None), "address: None is not a text of printable ASCII"),
+    (lambda c, s: drape.connect(""), "address: '' is not HOST:PORT with a port in [1, 65535]"),
+    (lambda c, s: drape.connect("localhost"), "address: 'localhost' is not HOST:PORT"),
+    (lambda c, s: drape.connect("http://localhost:7743"), "address: 'http://localhost:7743' is not HOST:PORT"),
+    # gRPC would connect to port 34463.
+    (lambda c, s: drape.connect("127.0.0.1:99999"), "address: '127.0.0.1:99999' is not HOST:PORT"),
+    (lambda c, s: drape.connect(c.address, retries=3), "retries: 3 is not a drape.Retries, nor None"),
     (lambda c, s: drape.connect(c.address, token="a\n"), "token: the str given is not a text of printable ASCII"),
     (lambda c, s: drape.connect(c.address, timeout_s=0), "timeout_s: 0 is not a number of seconds > 0"),
     (lambda c, s: drape.connect(c.address, tls=3.5), "tls: float is neither PEM bytes nor the path of a file"),
@@ -75,6 +89,11 @@ def test_numbers_of_numpy_are_numbers(session):
     cloths = session.create(sheet(), np.int32(2))
     assert cloths.step(np.uint8(3), until=None, expected=np.int64(0), timeout_s=np.float32(9)).step_count.tolist() == [3, 3]
     assert session.attach([int(cloth) for cloth in cloths.ids]).num == 2
+
+
+@pytest.mark.parametrize("address", ["localhost:1", "[::1]:7743", "a-b.example:65535", "unix:/tmp/x", "dns:///example:7743"])
+def test_addresses(address):
+    assert checks.address("address", address) == address
 
 
 def test_a_message_is_that_of_protobuf():

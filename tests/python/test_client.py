@@ -1,6 +1,8 @@
+import copy
 import hashlib
 import os
 import pathlib
+import pickle
 import re
 import sys
 import warnings
@@ -37,6 +39,7 @@ def test_nobody_there_is_a_connection_error():
     with pytest.raises(ConnectionError, match="no Drape server answers at 127.0.0.1:1") as caught:
         drape.connect("127.0.0.1:1", ready_timeout_s=1)
     assert isinstance(caught.value, drape.Unavailable) and caught.value.reason == "CANNOT_CONNECT"
+    assert "may have been done" not in str(caught.value)
     with pytest.raises(drape.FailedPrecondition) as caught:
         drape.connect("127.0.0.1:1", tls="/nowhere/cert.pem")
     assert caught.value.reason == "TLS_FILE_FAILED"
@@ -101,6 +104,13 @@ def test_a_closed_client_says_so_and_has_closed_its_sessions(client):
     session.close()
 
 
+def test_what_belongs_to_a_client_cannot_be_copied(client, session):
+    for one in (client, session, session.create(sheet())):
+        for copy_of in (copy.deepcopy, pickle.dumps):
+            with pytest.raises(TypeError, match="attach to the session by its name"):
+                copy_of(one)
+
+
 def test_a_fork_is_refused_and_harms_nothing(session):
     cloths = session.create(sheet())
     reading, writing = os.pipe()
@@ -130,6 +140,17 @@ def test_a_program_ends_by_itself_and_quickly():
                      cwd=pathlib.Path(__file__).parent)
     with pytest.raises(ProcessLookupError):
         os.kill(int(out), 0)
+
+
+@pytest.mark.parametrize("use, extra", [
+    ("import drape.gym", "gym"), ("import drape.viewer", "viewer"), ("import drape.gym.shards", "ray"),
+    ("next(iter(drape.rollout._shown(1, True)))", "progress")])
+def test_a_missing_package_is_named_with_its_extra(use, extra):
+    code = ("import importlib.util, drape\nfind = importlib.util.find_spec\n"
+            "importlib.util.find_spec = lambda name, *rest: None if name in "
+            f"{('gymnasium', 'viser', 'tqdm') if extra != 'ray' else ('ray',)} else find(name, *rest)\n"
+            f"try: {use}\nexcept ModuleNotFoundError as error: print(error)")
+    assert f"pip install --find-links build/wheels 'drape-sim[{extra}]'" in run_python(code)
 
 
 def test_importing_needs_no_optional_package():

@@ -65,8 +65,11 @@ def test_an_empty_selection_does_nothing(session, spec):
     cloths = session.create(spec, count=3)
     cloths.step(2)
     none = np.zeros(3, bool)
-    assert cloths.step(ids=none).positions is None
-    assert cloths.read(ids=[]).rows.size == 0
+    assert cloths.step(ids=none).positions.shape == (0, 36, 3)
+    answer = cloths.step(ids=[], view=drape.StateView(velocities=True, particles=[3], reductions=[drape.StateView.BOX]))
+    assert answer.positions is None and answer.velocities.shape == (0, 1, 3) and answer.box.shape == (0, 2, 3)
+    assert cloths.step(ids=[], view=None).positions is None
+    assert cloths.read(ids=[]).positions.dtype == np.float32 and cloths.read(ids=[]).rows.size == 0
     cloths.reset(none)
     cloths.update(spec, ["environment.gravity_m_per_s2"], none)
     cloths.move_pins([0], [9, 9, 9], ids=none)

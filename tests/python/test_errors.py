@@ -1,5 +1,6 @@
 import pickle
 import re
+import traceback
 
 import pytest
 
@@ -28,6 +29,15 @@ def test_a_bad_field_has_its_path_and_its_range(session):
     assert str(error) == "INVALID_FIELDS: spec.grid.columns: 0 is not >= 1"
 
 
+def test_a_traceback_tells_of_the_error_alone(session):
+    """Not of gRPC's, which says the same in many lines."""
+    with pytest.raises(drape.InvalidArgument) as caught:
+        session.create(drape.ClothSpec())
+    text = "".join(traceback.format_exception(caught.value))
+    assert "drape.errors.InvalidArgument: INVALID_FIELDS: spec" in text
+    assert "InactiveRpcError" not in text and "another exception" not in text
+
+
 def test_every_bad_field_is_named(session):
     bad = sheet(material=drape.Material(areal_density_kg_per_m2=-1, friction_static=-2))
     with pytest.raises(drape.InvalidArgument) as caught:
@@ -50,6 +60,14 @@ def test_preconditions(session):
         cloths.step(expected=5)
     assert caught.value.reason == "STEP_MISMATCH"
     assert cloths.step().step_count == [1]
+
+
+def test_a_session_that_is_not_there_is_named_by_its_beginning(client):
+    """Its whole name gives access."""
+    name = "sessions/nobody-0123456789abcdefghijklmnopqrstuvwxyz"
+    with pytest.raises(drape.SessionLost, match="no such session: 'sessions/no") as caught:
+        client.session(name=name)
+    assert name not in str(caught.value)
 
 
 def test_lost_sessions_and_cloths_are_lookup_errors(client):

@@ -44,6 +44,8 @@ def test_the_notebook_runs_from_top_to_bottom(tmp_path):
     assert not any(cell.get("outputs") for cell in notebook["cells"])
     out = run_python("\n".join(cells), cwd=tmp_path)
     assert "INVALID_FIELDS: spec.grid.columns" in out and "(16, 576, 3)" in out
+    steps = out[out.index("steps [") + 7:out.index("]", out.index("steps ["))].split()
+    assert len(steps) == 16 and set(steps) == {"0", "120"}, "the mask takes some cloths, not all"
 
 
 def test_the_reference_is_that_of_the_docstrings():

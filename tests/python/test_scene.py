@@ -82,12 +82,38 @@ def test_settings_are_set_in_every_spec():
     ({"cloths": [{"spec": {"mesh_file": "none.obj"}}]}, "none.obj"),
     ({"cloths": [{"spec": {"scale_m": 2}}]}, "needs mesh_file"),
     ({"cloths": [{"spec": {"settings": {"time_step_s": 0.5}}}]}, "differs from time_step_s"),
+    ({"cloths": [3]}, r"cloths\[0\]: 3 is not an object"),
+    ({"cloths": [{"spec": 3}]}, r"cloths\[0\].spec: 3 is not an object"),
+    ({"cloths": [{"spec": {"environment": 3}}]}, r"cloths\[0\].spec.environment: 3 is not an object"),
+    ({"cloths": [{"spec": {"environment": {"colliders": 3}}}]}, r"environment.colliders: 3 is not a list"),
+    ({"cloths": [{"spec": {"environment": {"colliders": [3]}}}]}, r"environment.colliders\[0\]: 3 is not an object"),
+    ({"cloths": [{"spec": {"mesh_file": 3}}]}, "mesh_file: 3 is not a text"),
+    ({"cloths": [{"spec": {"mesh_file": "x.obj", "scale_m": "2"}}]}, "scale_m: must be a number > 0, got '2'"),
+    ({"duration_s": -1}, "duration_s: must be >= 0"),
+    ({"controls": [{"time_s": -1}]}, r"controls\[0\].time_s: must be >= 0"),
+    ({"controls": [{"cloths": [0, 1]}]}, r"controls\[0\].cloths\[1\]: must be below the number of cloths, 1, got 1"),
 ])
 def test_bad_scenes_are_refused(tmp_path, change, words):
     file = tmp_path / "x.json"
     file.write_text(json.dumps({"duration_s": 1, "cloths": [{"spec": {}}], **change}))
     with pytest.raises(drape.Error, match=words):
         drape.scene.load(file)
+
+
+@pytest.mark.parametrize("settings, words", [
+    (["settings.substeps"], "settings: a dict of fields by path"),
+    ({3: 1}, "settings: a dict of fields by path"),
+    ({"settings.substeps.more": 1}, r"cloths\[0\].spec.settings.substeps: 4 is not an object"),
+])
+def test_bad_settings_are_refused(settings, words):
+    with pytest.raises(drape.InvalidArgument, match=words):
+        drape.scene.parse('{"cloths": [{"spec": {"settings": {"substeps": 4}}}]}', settings=settings)
+
+
+def test_a_file_that_is_no_text_is_refused(tmp_path):
+    (tmp_path / "x.json").write_bytes(b"\xff\xfe")
+    with pytest.raises(drape.InvalidArgument, match="x.json"):
+        drape.scene.load(tmp_path / "x.json")
 
 
 def test_an_object_has_each_name_once():

@@ -1,6 +1,6 @@
 """DropFlat in shards wherever Ray has room, each with a server of its own; one of the servers is killed on the way.
 
-ray_shards.py [ENVS [SHARDS]]. On this machine alone, unless RAY_ADDRESS names a cluster (`pip install drape-sim[ray]`).
+ray_shards.py [ENVS [SHARDS]]. On this machine alone, unless RAY_ADDRESS names a cluster (extra `ray`).
 """
 
 import os

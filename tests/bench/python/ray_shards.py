@@ -56,7 +56,7 @@ def measure(is_quick):
     """One row: `ratio` of the shard to the direct environment with its bounds, and the longest recovery."""
     ray.init(address="local", num_cpus=2, include_dashboard=False, log_to_driver=False)
     actions = np.random.default_rng(1).uniform(-1, 1, (ACTIONS, ENVS, 8)).astype(np.float32)
-    direct, sharded = DropFlat(ENVS, backend="cpu"), ShardedVectorEnv(DropFlat, ENVS, shards=1, backend="cpu")
+    direct, sharded = DropFlat(ENVS, backend="cpu"), ShardedVectorEnv(DropFlat, ENVS, shards=1, num_cpus=2, backend="cpu")
     times = np.array([one_round(direct, sharded, actions) for _ in range(3 if is_quick else ROUNDS)])
     ratio, low, high = of_median(times[:, 1] / times[:, 0])
     recoveries = [recovery_s(sharded, actions) for _ in range(1 if is_quick else RECOVERIES)]

@@ -1,6 +1,7 @@
 """Shards on a Ray cluster of two nodes in this machine, whose servers, actors and nodes are killed. Full tier: needs Ray."""
 
 import os
+import pathlib
 import signal
 import time
 
@@ -78,6 +79,8 @@ def test_shards_are_one_environment(cluster, undisturbed):
     assert len({place["node"] for place in env.places()}) == 2
     assert equal(play(env), undisturbed)
     assert env.recoveries == 0
+    command = pathlib.Path(f"/proc/{env.places()[0]['server_pid']}/cmdline").read_text().split("\0")
+    assert "--threads=1" in command, "as many as the processors that Ray lends to the shard"
     env.close()
 
 

@@ -1,5 +1,7 @@
 """Semantics of gymnasium, compared with its own SyncVectorEnv of one-environment vectors."""
 
+import pathlib
+
 import gymnasium
 import numpy as np
 import pytest
@@ -99,8 +101,11 @@ def test_seeds_are_per_environment(make):
     assert np.array_equal(env.reset()[0], second)
     assert np.array_equal(env.reset(seed=[7, 6, 5])[0][[2, 1]], first[[0, 1]])
     assert len(np.unique(first, axis=0)) == NUM
-    with pytest.raises(ValueError, match="seed"):
-        env.reset(seed=[1])
+    for bad in ([1], -1, 1.5, "a", [1, -2, 3]):
+        with pytest.raises(ValueError, match="seed"):
+            env.reset(seed=bad)
+    with pytest.raises(TypeError, match="options: a dict, got int"):
+        env.reset(options=3)
 
 
 def test_an_episode_has_the_same_bits_alone_and_after_letting_go(make):
@@ -140,8 +145,23 @@ def test_actions_are_checked(make):
         env.step(actions(0)[:2])
     with pytest.raises(ValueError, match="finite"):
         env.step(actions(0) * np.nan)
-    with pytest.raises(ValueError, match="observation"):
-        Short(1, observation="pixels")
+    with pytest.raises(ValueError, match="numbers of the shape"):
+        env.step(actions(0) * 1j)
+
+
+@pytest.mark.parametrize("name, value", [
+    ("observation", "pixels"), ("side", 6.5), ("side", 4), ("max_episode_steps", 0), ("max_episode_steps", 2.5),
+    ("render_mode", "human"), ("client", 3)])
+def test_arguments_are_checked(name, value):
+    with pytest.raises((ValueError, TypeError), match=f"{name}: .*got {value!r}"):
+        Short(1, **{name: value})
+
+
+def test_a_private_server_has_the_threads_that_are_asked_for():
+    env = Short(1, backend="cpu", threads=1)
+    command = pathlib.Path(f"/proc/{env._owned._connection.server.pid}/cmdline").read_text().split("\0")
+    env.close()
+    assert "--threads=1" in command
 
 
 def test_pickers_move_in_their_units_and_keep_their_bounds(make):

@@ -12,6 +12,8 @@ from . import errors
 
 _WHOLE = {FieldDescriptor.CPPTYPE_INT32: (-2**31, 2**31 - 1), FieldDescriptor.CPPTYPE_INT64: (-2**63, 2**63 - 1),
           FieldDescriptor.CPPTYPE_UINT32: (0, 2**32 - 1), FieldDescriptor.CPPTYPE_UINT64: (0, 2**64 - 1)}
+_MOST_PORT = 2**16 - 1
+_OTHER_ADDRESSES = ("unix:", "unix-abstract:", "vsock:", "dns:", "ipv4:", "ipv6:", "xds:")
 _REPEATED = 3  # FieldDescriptor.LABEL_REPEATED; younger versions of protobuf have is_repeated instead
 
 
@@ -61,6 +63,16 @@ def text(name, value, *, is_secret=False):
     if not isinstance(value, str) or not value.isascii() or not value.isprintable():
         what = f"the {type(value).__name__} given" if is_secret else reprlib.repr(value)
         raise errors.bad_field(name, f"{what} is not a text of printable ASCII")
+    return value
+
+
+def address(name, value):
+    """`value`, HOST:PORT, or what gRPC calls an address of another kind (unix:, dns:///)."""
+    host, colon, port = text(name, value).rpartition(":")
+    if value.startswith(_OTHER_ADDRESSES):
+        return value
+    if not (host and colon and port.isdecimal() and 1 <= int(port) <= _MOST_PORT) or "/" in host:
+        raise errors.bad_field(name, f"{reprlib.repr(value)} is not HOST:PORT with a port in [1, {_MOST_PORT}]")
     return value
 
 

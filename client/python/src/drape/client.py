@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import reprlib
 import warnings
 import weakref
 from typing import Any
@@ -41,6 +42,7 @@ class ClientBase:
             self.info = yield Unary("GetServerInfo", v1.GetServerInfoRequest(), timeout_s=ready_timeout_s)
         except errors.Unavailable as error:
             error.message = f"no Drape server answers at {self.address}: {error.message}"
+            error.unanswered_tries = 0  # nobody cares whether it was done
             error.reason = error.reason or "CANNOT_CONNECT"
             raise
         if self.info.version.split(".")[:2] != __version__.split(".")[:2]:
@@ -65,7 +67,12 @@ class ClientBase:
         if name is None:
             message = yield Unary("CreateSession", checks.message(v1.CreateSessionRequest, ttl_s=ttl_s, display_name=display_name))
         else:
-            message = yield Unary("GetSession", checks.message(v1.GetSessionRequest, name=name), Route(name))
+            route = Route(checks.text("name", name))
+            try:
+                message = yield Unary("GetSession", v1.GetSessionRequest(name=name), route)
+            except errors.SessionLost as error:
+                error.message += f": {reprlib.repr(name)}"  # not all of it: a name gives access
+                raise
         session = self._session_class(self, message, is_owner=name is None)
         self._open_sessions.add(session)
         return session

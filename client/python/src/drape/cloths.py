@@ -37,7 +37,7 @@ def overrides_of(count, **fields):
 
 class ClothsBase(Controls):
     """n cloths of one spec. `ids` of every method: None (all n), indices, or a mask bool[n]; nothing selected does
-    nothing.
+    nothing, and answers have no rows.
 
     Not for several threads at once. Made by `Session.create` and `Session.attach`.
 
@@ -90,9 +90,9 @@ class ClothsBase(Controls):
         Raises InvalidArgument, FailedPrecondition, SessionLost, ResourceExhausted, DeadlineExceeded.
         """
         rows = columns.rows_of(ids, self.num)
-        if rows is not None and not len(rows):
-            return self._nothing()
         wanted = states.view_of(view)
+        if rows is not None and not len(rows):
+            return self._nothing(wanted)
         request = self._step_request(steps, wanted, report, rows, until, expected, request_id=request_id,
                                      grip_states=grips or impulses, impulses=impulses)
         self._forget_states()  # also if the step fails: it may be done in part
@@ -112,13 +112,15 @@ class ClothsBase(Controls):
         dict with "positions" and "velocities", to be filled and returned. Large answers come in chunks of 1 MiB.
         """
         rows = columns.rows_of(ids, self.num)
-        if rows is not None and not len(rows):
-            return self._nothing()
         names = [name for name, is_wanted in (("positions", positions), ("velocities", velocities)) if is_wanted]
         if not names:
             raise errors.bad_field("positions", "ask for positions, velocities or both")
-        request = v1.ReadStatesRequest(session=self._session.name, view=checks.message(
-            v1.StateView, positions=positions, velocities=velocities, particles=particles))
+        wanted = checks.message(v1.StateView, positions=positions, velocities=velocities, particles=particles)
+        if particles is not None and not wanted.particles:
+            raise errors.bad_field("particles", "none is named; None means all")
+        if rows is not None and not len(rows):
+            return self._nothing(wanted)
+        request = v1.ReadStatesRequest(session=self._session.name, view=wanted)
         ids_list = self._ids_list(rows)
         columns.fill(request, {"cloth_ids": ids_list})
         given = out if isinstance(out, dict) else {"positions": out}
@@ -339,8 +341,8 @@ class ClothsBase(Controls):
     def _ids_list(self, rows):
         return self._all_ids if rows is None else self.ids[rows].tolist()
 
-    def _nothing(self):
-        return states.Answer(np.empty(0, np.intp), np.empty(0, np.uint64), np.empty(0))
+    def _nothing(self, view):
+        return states.Answer.of_nothing(view, self.particles, self._session.dtype)
 
     def _reader_of(self, view, rows):
         """What joins the messages of an answer with so large states; None: it comes in one message."""

@@ -10,14 +10,15 @@ from . import checks, errors
 
 _DOUBLE, _FIXED64 = 1, 6  # numbers of google.protobuf.FieldDescriptor.Type
 _DTYPES = {_DOUBLE: np.dtype("<f8"), _FIXED64: np.dtype("<u8")}
+_MOST_INDEX = 2**32 - 1  # of elements of a cloth, in the protocol
 
 
 def numbers(name, value, dtype=None):
     """`value` as an array, of its own type or of `dtype`."""
     try:
-        array = np.asarray(value, dtype)
+        array = np.asarray(value)
         if array.dtype.kind in "biuf":
-            return array
+            return array if dtype is None else array.astype(dtype, copy=False)
     except (ValueError, TypeError, OverflowError):
         pass
     raise errors.bad_field(name, f"numbers are needed, in lists of equal lengths, got {reprlib.repr(value)}")
@@ -48,8 +49,9 @@ def rows_of(ids, count):
     if rows.min() < 0 or rows.max() >= count:
         bad = asked[(rows < 0) | (rows >= count)][0]
         raise errors.bad_field("ids", f"index {bad} is not one of the {count} cloths")
-    if len(np.unique(rows)) != len(rows):
-        raise errors.bad_field("ids", "an index is given twice")
+    named, times = np.unique(rows, return_counts=True)
+    if len(named) != len(rows):
+        raise errors.bad_field("ids", f"an index is given twice: {named[times > 1][0]}")
     return rows
 
 
@@ -81,8 +83,11 @@ def _naturals(name, value):
 
 
 def whole(name, value, shape):
-    """`value` as indices >= 0, spread to `shape`."""
-    return spread(name, _naturals(name, value).astype(np.int64), shape)
+    """`value` as indices of elements of a cloth, spread to `shape`."""
+    array = _naturals(name, value)
+    if array.size and array.max() > _MOST_INDEX:
+        raise errors.bad_field(name, f"{array.max()} is not a whole number in [0, {_MOST_INDEX}]")
+    return spread(name, array.astype(np.int64), shape)
 
 
 def cloth_ids(name, value):

@@ -80,9 +80,11 @@ class ConnectionBase:
     """What both transports share. `server` is the private one, if any: it lives as long as the connection."""
 
     def __init__(self, address, timeout_s, server, token, retries):
-        self.address = checks.text("address", address)
+        self.address = checks.address("address", address)
         self.timeout_s = checks.seconds("timeout_s", timeout_s)
         self.server = server
+        if not isinstance(retries, (Retries, type(None))):
+            raise errors.bad_field("retries", f"{retries!r} is not a drape.Retries, nor None")
         self._retries = Retries(tries=1) if retries is None else retries
         self._budget = Budget(self._retries.budget)
         self.told_steps = {}  # the highest step of the last answer to a step of each session
@@ -92,6 +94,11 @@ class ConnectionBase:
         self._secrets = () if token is None else (("authorization", f"Bearer {checks.text('token', token, is_secret=True)}"),)
         self._metadata = {}
         memory.keep_freed_blocks()
+
+    def __reduce__(self):
+        # Of all that belongs to it, too: clients, sessions, batches.
+        raise TypeError("a client of a server and what belongs to it cannot be copied or sent to another process: connect "
+                        "there, and attach to the session by its name")
 
     def check_usable(self):
         """In this process, and not closed."""
@@ -152,7 +159,7 @@ class ConnectionBase:
         is_over = self.server is not None and self.server.has_ended()
         pause_s = None if is_over or self.closed else tries.pause_after(error)
         if pause_s is None:
-            raise error
+            raise error from None  # it says all that gRPC's says
         return pause_s
 
     @staticmethod

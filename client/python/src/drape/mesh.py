@@ -7,14 +7,14 @@ import os
 
 import numpy as np
 
-from . import errors, states, v1
+from . import errors, extras, states, v1
 
 
 def load(path: str | os.PathLike, scale_m: float = 1.0) -> v1.Mesh:
     """The mesh of a file, its coordinates times `scale_m` [metres per unit of the file].
 
     Wavefront OBJ is read here: `v` and `f` of every object as one mesh, in double precision, vertices by position index
-    alone, polygons split as fans. Other formats need trimesh (pip install drape-sim[mesh]).
+    alone, polygons split as fans. Other formats need trimesh (extra `mesh`).
     Raises NotFound without the file, InvalidArgument when it is no mesh.
     """
     if not os.path.isfile(path):
@@ -83,7 +83,7 @@ def _read_other(path):
     try:
         import trimesh
     except ImportError as error:
-        raise errors.Unimplemented(f"{path}: only OBJ is read without trimesh (pip install drape-sim[mesh])",
+        raise errors.Unimplemented(f"{path}: only OBJ is read without trimesh, which comes with {extras.of('mesh')}",
                                    reason="NO_TRIMESH") from error
     loaded = trimesh.load(path, force="mesh", process=False)
     if len(loaded.faces) == 0:

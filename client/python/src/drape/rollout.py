@@ -6,7 +6,7 @@ import functools
 
 import numpy as np
 
-from . import checks, columns, errors, states
+from . import checks, columns, errors, extras, states
 
 _IN_FLIGHT = 4
 _MOST_ROWS = 2**31 - 1
@@ -18,7 +18,7 @@ def rollout(self, nstep: int, *, steps: int = 1, pins=None, pin_targets=None, co
 
     steps: of the simulation per row. pins: [k] pinned particles and pin_targets: [n or 1, nstep, k, 3], reached within
     each row; colliders: [k] indices and collider_positions: likewise. view as in `step`. out: arrays of an earlier
-    call, to be filled again. progress: show a bar (needs tqdm).
+    call, to be filled again. progress: show a bar (extra `progress`).
     Returns a dict: what the view asks for, e.g. "positions" [n, nstep, particles, 3] or "coverage" [n, nstep] (see
     `Answer`), "step_count", "time_s" and "faulted" [n, nstep].
     """
@@ -77,6 +77,7 @@ def _shown(nstep, progress):
     rows = range(nstep)
     if not progress:
         return rows
+    extras.need("tqdm", "progress")
     from tqdm.auto import tqdm
 
     return tqdm(rows, unit="step")
@@ -91,6 +92,8 @@ class _Rows:
     """The answers of a rollout, one row each, in the order in which they come."""
 
     def __init__(self, nstep, out):
+        if not isinstance(out, (dict, type(None))):
+            raise errors.bad_field("out", f"the dict of an earlier rollout, or None, got {type(out).__name__}")
         self.arrays = {} if out is None else out
         self._nstep = nstep
         self._done = 0

@@ -12,13 +12,15 @@ import json
 import math
 import os
 import pathlib
+import reprlib
 
 import numpy as np
 from google.protobuf import json_format
 
-from . import errors, mesh, v1
+from . import errors, extras, mesh, v1
 
 _DEFAULT_TIME_STEP_S = 1 / 60
+_MOST_STEPS = 1e12  # beyond, counts and times lose their meaning in double precision
 _ROUNDING = 1e-9  # of a step: times of controls are multiples of the step only up to rounding
 _MESH_FIELDS = ("mesh_file", "scale_m")
 
@@ -54,6 +56,8 @@ def load(path: str | os.PathLike, settings: dict | None = None) -> Scene:
         raise errors.NotFound(f"no scene file {path}", reason="NO_SCENE_FILE")
     try:
         scene = parse(path.read_text(encoding="utf-8"), path.parent, settings)
+    except UnicodeDecodeError as error:
+        raise errors.InvalidArgument(f"{path}: {error}", reason="BAD_JSON") from error
     except errors.InvalidArgument as error:
         error.message = f"{path}: {error.message}"
         raise
@@ -69,14 +73,21 @@ def parse(text: str, folder=".", settings: dict | None = None) -> Scene:
         raise errors.InvalidArgument(str(error), reason="BAD_JSON") from error
     if not isinstance(tree, dict) or not isinstance(tree.get("cloths"), list) or not tree["cloths"]:
         raise errors.bad_field("cloths", "must have at least one cloth")
+    if not isinstance(settings, (dict, type(None))) or any(not isinstance(name, str) for name in settings or ()):
+        raise errors.bad_field("settings", f"a dict of fields by path is needed, got {settings!r}")
     meshes: list = []
     for k, cloth in enumerate(tree["cloths"]):
-        spec = cloth.setdefault("spec", {})
+        spec = _part(_of_kind(cloth, dict, f"cloths[{k}]"), "spec", dict, f"cloths[{k}].")
+        place = f"cloths[{k}].spec"
         for field, value in (settings or {}).items():
-            _put(spec, field.split("."), value)
-        _take_mesh(spec, f"cloths[{k}].spec", (k, None), meshes)
-        for c, collider in enumerate(spec.get("environment", {}).get("colliders", [])):
-            _take_mesh(collider, f"cloths[{k}].spec.environment.colliders[{c}]", (k, c), meshes)
+            _put(spec, field.split("."), value, f"{place}.")
+        _take_mesh(spec, place, (k, None), meshes)
+        if "environment" not in spec:
+            continue
+        colliders = _part(_part(spec, "environment", dict, f"{place}."), "colliders", list, f"{place}.environment.")
+        for c, collider in enumerate(colliders):
+            of = f"{place}.environment.colliders[{c}]"
+            _take_mesh(_of_kind(collider, dict, of), of, (k, c), meshes)
     message = v1.Scene()
     try:
         json_format.ParseDict(tree, message)
@@ -86,9 +97,11 @@ def parse(text: str, folder=".", settings: dict | None = None) -> Scene:
     for (k, c), place, file, scale_m in meshes:
         spec = message.cloths[k].spec
         owner = spec if c is None else spec.environment.colliders[c]
-        if not scale_m > 0 or math.isinf(scale_m):
-            raise errors.bad_field(f"{place}.scale_m", f"must be > 0, got {scale_m}")
+        _of_kind(file, str, f"{place}.mesh_file")
+        if isinstance(scale_m, bool) or not isinstance(scale_m, (int, float)) or not 0 < scale_m < math.inf:
+            raise errors.bad_field(f"{place}.scale_m", f"must be a number > 0, got {scale_m!r}")
         owner.mesh.CopyFrom(mesh.load(pathlib.Path(folder) / file, scale_m))
+    _check_times_and_cloths(message)
     return Scene(message)
 
 
@@ -101,9 +114,23 @@ def _unique(pairs):
     return found
 
 
-def _put(tree, names, value):
+def _of_kind(value, kind, place):
+    """`value`, if it is a JSON object (dict), list or text."""
+    if not isinstance(value, kind):
+        name = {dict: "an object", list: "a list", str: "a text"}[kind]
+        raise errors.bad_field(place, f"{reprlib.repr(value)} is not {name}")
+    return value
+
+
+def _part(tree, name, kind, place):
+    """What `tree` has by this name, an empty one if it has none."""
+    return _of_kind(tree.setdefault(name, kind()), kind, place + name)
+
+
+def _put(tree, names, value, place):
     for name in names[:-1]:
-        tree = tree.setdefault(name, {})
+        tree = _part(tree, name, dict, place)
+        place += f"{name}."
     tree[names[-1]] = value
 
 
@@ -135,6 +162,19 @@ def _resolve_time_step(message, is_set):
         settings.time_step_s = message.time_step_s
 
 
+def _check_times_and_cloths(message):
+    """What the server does not get to see."""
+    if not 0 <= message.duration_s / message.time_step_s <= _MOST_STEPS:
+        raise errors.bad_field("duration_s", f"must be >= 0 and at most 10^12 steps, got {message.duration_s}")
+    count = sum(cloth.count if cloth.HasField("count") else 1 for cloth in message.cloths)
+    for k, control in enumerate(message.controls):
+        if not 0 <= control.time_s < math.inf:
+            raise errors.bad_field(f"controls[{k}].time_s", f"must be >= 0, got {control.time_s}")
+        for i, at in enumerate(control.cloths):
+            if at >= count:
+                raise errors.bad_field(f"controls[{k}].cloths[{i}]", f"must be below the number of cloths, {count}, got {at}")
+
+
 class Player:
     """The cloths of a scene, stepped with its controls at their times. cloths: one `Cloths` per entry of the scene.
     step: completed steps."""
@@ -162,6 +202,7 @@ class Player:
         end = self.scene.step_count if steps is None else min(self.step + steps, self.scene.step_count)
         begin, bar = self.step, None
         if progress:
+            extras.need("tqdm", "progress")
             from tqdm.auto import tqdm
 
             bar = tqdm(total=end - begin, unit="step")

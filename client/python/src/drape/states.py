@@ -132,6 +132,22 @@ class Answer(States):
     box: np.ndarray | None = None
     target_distance: np.ndarray | None = None
 
+    @classmethod
+    def of_nothing(cls, view, particles, dtype):
+        """Where nothing is selected: what the view asks for, of no cloths."""
+        answer = cls(np.empty(0, np.intp), np.empty(0, np.uint64), np.empty(0))
+        if view is None:
+            return answer
+        shape = (0, len(view.particles) or particles, 3)
+        if view.positions or not (view.velocities or view.reductions):  # as the server understands a view
+            answer.positions = np.empty(shape, dtype)
+        if view.velocities:
+            answer.velocities = np.empty(shape, dtype)
+        for name, _, per_cloth in _REDUCTIONS:
+            if v1.StateView.Reduction.Value(name.upper()) in view.reductions:
+                setattr(answer, name, np.empty((0, *per_cloth)))
+        return answer
+
     def measure(self, name):
         """A number of every report as an array [m], e.g. `answer.measure("max_strain")`."""
         return np.array([getattr(report, name) for report in self.reports])

@@ -1,9 +1,13 @@
-"""Vector environments of cloth manipulation for gymnasium (pip install drape-sim[gym]).
+"""Vector environments of cloth manipulation for gymnasium (extra `gym`).
 
     env = gymnasium.make_vec("drape.gym:drape/DropFlat-v0", num_envs=64)
 
 `drape.gym.ClothVectorEnv` has the semantics, the tasks are its subclasses, `drape.gym.scripted` has policies by hand.
 """
+
+from drape import extras
+
+extras.need("gymnasium", "gym")
 
 import gymnasium
 

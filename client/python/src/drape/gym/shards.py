@@ -3,14 +3,21 @@
 from __future__ import annotations
 
 import functools
+import math
 import os
 
 import numpy as np
+
+from drape import extras
+
+extras.need("ray", "ray")
+
 import ray
 from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space
 
 import drape
+from drape.gym.vector import ClothVectorEnv
 
 
 class ShardedVectorEnv(VectorEnv):
@@ -23,9 +30,10 @@ class ShardedVectorEnv(VectorEnv):
     action, a bug) is raised.
 
     task: a class of `drape.gym`, or any callable that makes a vector environment whose `reset` and `step` are repeatable.
-    shards: how many, at most num_envs. num_cpus, num_gpus: of each shard, for Ray. max_recoveries: of all shards in the
-    environment's life, before the error is raised. Further arguments are the task's. Needs `pip install drape-sim[ray]`
-    on all machines, and `ray.init()` before.
+    shards: how many, at most num_envs. num_cpus, num_gpus: of each shard, for Ray; its server has as many threads, so
+    that shards of one machine do not take the cores from each other. max_recoveries: of all shards in the environment's
+    life, before the error is raised. Further arguments are the task's. Needs the extra `ray` of this package on all
+    machines, and `ray.init()` before.
     """
 
     def __init__(self, task, num_envs: int, *, shards: int, num_cpus: float = 1, num_gpus: float = 0,
@@ -38,6 +46,8 @@ class ShardedVectorEnv(VectorEnv):
         self._max_recoveries = max_recoveries
         ends = np.linspace(0, num_envs, shards + 1).round().astype(int)
         self._rows = [slice(begin, end) for begin, end in zip(ends[:-1], ends[1:])]
+        if isinstance(task, type) and issubclass(task, ClothVectorEnv) and arguments.get("client") is None:
+            arguments.setdefault("threads", max(1, math.ceil(num_cpus)))
         self._arguments = arguments
         self._task = task
         self._actor = ray.remote(num_cpus=num_cpus, num_gpus=num_gpus, max_restarts=0, scheduling_strategy="SPREAD")(_Shard)

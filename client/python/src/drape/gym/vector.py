@@ -28,12 +28,12 @@ class ClothVectorEnv(VectorEnv):
     `max_episode_steps`; one whose cloth blows up is terminated. info: "performance", "normalized_performance" (0 at the
     start, 1 at the best), each [n].
 
-    client: where the cloths live; None: a private server of `backend` (None: the best that the task can use), which
-    ends with the environment. side: particles along each edge of the sheet; None: the task's. frame: of positions in
-    observations and of motions in actions: "world"; or "start", in which every sheet starts alike: the origin is on
-    the floor below the middle of its first row, which points along +x; +z is where the sheet is to go. What lies
-    elsewhere (the sphere of CoverSphere) is then at a drawn place. starts, cloths and pickers are in the world in
-    both.
+    client: where the cloths live; None: a private server of `backend` (None: the best that the task can use) with
+    `threads` threads (None: one per core), which ends with the environment. side: particles along each edge of the
+    sheet; None: the task's. frame: of positions in observations and of motions in actions: "world"; or "start", in
+    which every sheet starts alike: the origin is on the floor below the middle of its first row, which points along +x;
+    +z is where the sheet is to go. What lies elsewhere (the sphere of CoverSphere) is then at a drawn place. starts,
+    cloths and pickers are in the world in both.
     """
 
     metadata = {"render_modes": ["rgb_array"], "render_fps": 4}
@@ -51,13 +51,19 @@ class ClothVectorEnv(VectorEnv):
     def __init__(self, num_envs: int = 1, *, max_episode_steps: int | None = None, observation: str = "keypoints",
                  autoreset_mode: AutoresetMode | str = AutoresetMode.NEXT_STEP, client: drape.Client | None = None,
                  backend: str | None = None, render_mode: str | None = None, side: int | None = None,
-                 frame: str = "world"):
+                 frame: str = "world", threads: int | None = None):
         if observation not in ("keypoints", "particles"):
             raise ValueError(f"observation: 'keypoints' or 'particles', got {observation!r}")
         if frame not in ("world", "start"):
             raise ValueError(f"frame: 'world' or 'start', got {frame!r}")
-        if side is not None and side < 5:
-            raise ValueError(f"side: at least 5 particles, got {side}")
+        if side is not None and not (isinstance(side, (int, np.integer)) and side >= 5):
+            raise ValueError(f"side: a whole number of at least 5 particles, got {side!r}")
+        if max_episode_steps is not None and not (isinstance(max_episode_steps, (int, np.integer)) and max_episode_steps >= 1):
+            raise ValueError(f"max_episode_steps: a whole number >= 1, got {max_episode_steps!r}")
+        if render_mode not in (None, *self.metadata["render_modes"]):
+            raise ValueError(f"render_mode: None or one of {self.metadata['render_modes']}, got {render_mode!r}")
+        if not isinstance(client, (drape.Client, type(None))):
+            raise TypeError(f"client: a drape.Client, or None, got {client!r}")
         self.num_envs = num_envs
         self.side = side or self.side
         self._turns = frame == "start"
@@ -66,7 +72,8 @@ class ClothVectorEnv(VectorEnv):
         self.render_mode = render_mode
         self._horizon = max_episode_steps or self.horizon
         backend = backend or ("cpu" if self.touches_itself else "auto")
-        self._owned = drape.launch(backend) if client is None else None
+        flags = [] if threads is None else [f"--threads={threads}"]
+        self._owned = drape.launch(backend, flags=flags) if client is None else None
         self._session = (client or self._owned).session(display_name=type(self).__name__)
         self.pickers = Pickers((0, self.side - 1), self.picker_step_m, self.picker_radius_m, [-1.0, 0.0, -1.0],
                                [1.0, 1.0, 1.0])
@@ -113,10 +120,10 @@ class ClothVectorEnv(VectorEnv):
 
     def reset(self, *, seed=None, options=None):
         mask = np.ones(self.num_envs, bool)
+        if not isinstance(options, (dict, type(None))):
+            raise TypeError(f"options: a dict, got {type(options).__name__}")
         if options is not None and "reset_mask" in options:
             mask = _checked_mask(options["reset_mask"], self.num_envs)
-        elif not isinstance(options, (dict, type(None))):
-            raise TypeError(f"options: a dict, got {type(options).__name__}")
         if not self._has_begun:
             mask = np.ones(self.num_envs, bool)
         self._seed(seed, mask)
@@ -207,7 +214,11 @@ class ClothVectorEnv(VectorEnv):
     def _seed(self, seed, mask):
         if seed is None:
             return
-        seeds = [seed + k for k in range(self.num_envs)] if np.ndim(seed) == 0 else list(seed)
+        given = [seed] if np.ndim(seed) == 0 else list(seed)
+        for one in given:
+            if one is not None and not (isinstance(one, (int, np.integer)) and one >= 0):
+                raise ValueError(f"seed: a whole number >= 0, or one of each environment, got {one!r}")
+        seeds = [seed + k for k in range(self.num_envs)] if np.ndim(seed) == 0 else given
         if len(seeds) != self.num_envs:
             raise ValueError(f"seed: {self.num_envs} are needed, got {len(seeds)}")
         for k in np.flatnonzero(mask):
@@ -268,9 +279,11 @@ class ClothVectorEnv(VectorEnv):
     def _checked_actions(self, actions):
         if not self._has_begun:
             raise RuntimeError("reset() comes before the first step()")
-        actions = np.asarray(actions, np.float64)
-        if actions.shape != self.action_space.shape:
-            raise ValueError(f"actions: the shape {self.action_space.shape} is needed, got {actions.shape}")
+        actions = np.asarray(actions)
+        if actions.shape != self.action_space.shape or actions.dtype.kind not in "biuf":
+            raise ValueError(f"actions: numbers of the shape {self.action_space.shape} are needed, got {actions.dtype} of "
+                             f"the shape {actions.shape}")
+        actions = actions.astype(np.float64)
         if not np.isfinite(actions).all():
             raise ValueError("actions: every number must be finite")
         return actions

@@ -24,7 +24,7 @@ def main(arguments=None):
     parser.add_argument("--step", action="store_true", help="with --session: step its cloths from here")
     parser.add_argument("--stride", type=int, default=1, help="show every so manieth cloth")
     parser.add_argument("--host", default="127.0.0.1", help="0.0.0.0 lets other machines look on")
-    parser.add_argument("--port", type=int, default=8080)
+    parser.add_argument("--port", type=int, default=8080, help="the first one to try (default: %(default)s)")
     flags = parser.parse_args(arguments)
     if (flags.scene is None) == (flags.session is None) or (flags.session is not None and flags.server is None):
         parser.error("give a scene file, or --session with --server")
