@@ -193,6 +193,26 @@ TEST_F(BackendPair, AClothKeepsItsStateWhereverItGoes) {
   pair_->Destroy(neighbour);
 }
 
+// Edges touch a box only while it moves (ColliderContact::kAuto).
+TEST_F(BackendPair, AClothGoesOverWhenWhatIsSharpMayMove) {
+  Scene scene = Plain();
+  scene.parameters.settings.collider_contact = ColliderContact::kAuto;
+  scene.parameters.colliders = {BoxAt({0.5, -0.1, 0.5}, {0.1, 0.1, 0.1})};
+  const ClothHandle cloth = CreateCloth(*pair_, scene);
+  pair_->Step(std::vector{ItemOf(cloth)});
+  EXPECT_TRUE(ReadBits(*pair_, cloth) == BitsAfter(*gl_, scene, 1));
+  Scene moving = scene;
+  moving.state = ReadState(*pair_, cloth);
+  moving.parameters.collider_motions = {RigidMotion::AtRest(CentreOf(scene.parameters.colliders[0]))};
+  moving.parameters.collider_motions[0].velocity_m_per_s = {0, 1, 0};
+  ClothUpdate update;
+  update.collider_motions = moving.parameters.collider_motions;
+  ASSERT_TRUE(pair_->Write(cloth, update).ok());
+  pair_->Step(std::vector{ItemOf(cloth)});
+  EXPECT_TRUE(ReadBits(*pair_, cloth) == BitsAfter(*cpu_, moving, 1));
+  pair_->Destroy(cloth);
+}
+
 TEST_F(BackendPair, WhatIsFaultedStaysSoUntilAStateIsWritten) {
   Scene scene = Plain();
   scene.parameters.gravity_m_per_s2 = {0, -1e30, 0};
