@@ -9,6 +9,7 @@
 
 #include "server/gl/device_choice.h"
 #include "server/render/gl_draw/gl_renderer.h"
+#include "server/solver/backend_pair.h"
 #include "server/solver/cpu/cpu_backend.h"
 #include "server/solver/cpu_reference/reference_backend.h"
 #include "server/solver/gl_compute/gl_backend.h"
@@ -69,7 +70,8 @@ Result<std::unique_ptr<Backend>> MakeBackend(const Config& config,
     options.program_cache_dir = config.program_cache_dir;
     options.hardware_program_cache_dir = UserCache("drape/programs");
     options.on_context = [&context](const gl::ShareHandle& handle) { context = handle; };
-    return CreateGlBackend(options);
+    DRAPE_ASSIGN_OR_RETURN(auto gl, CreateGlBackend(options));
+    return PairBackends(std::move(gl), CreateCpuBackend({.thread_count = config.threads}));
   }
   if (config.backend == BackendChoice::kReference) return CreateReferenceBackend();
   return CreateCpuBackend({.thread_count = config.threads});

@@ -47,14 +47,6 @@ std::vector<fs::path> SceneFiles(const std::vector<std::string>& names) {
   return files;
 }
 
-// The backend of the server lacks what the scene needs (cloth that touches cloth, bodies): such
-// answers name the backends that have it.
-bool IsBeyondBackend(const Error& error) {
-  return std::ranges::any_of(error.violations(), [](const FieldViolation& violation) {
-    return violation.description.find("--backend=") != std::string::npos;
-  });
-}
-
 int Demo(const DemoOptions& options) {
   const std::vector<fs::path> files = SceneFiles(options.scenes);
   if (files.empty()) throw CLI::ValidationError("--scenes", "there are no scene files");
@@ -67,7 +59,6 @@ int Demo(const DemoOptions& options) {
   const InterruptGuard interrupt;
   std::vector<RunReport> reports;
   std::vector<fs::path> written;
-  std::vector<std::string> left_out;
   std::optional<Error> cannot_draw;
   for (const fs::path& file : files) {
     v1::Scene scene = LoadScene(file);
@@ -85,15 +76,7 @@ int Demo(const DemoOptions& options) {
     ProgressBar bar(scene.name(), StepCount(scene), /*is_quiet=*/false);
     sinks.on_step = [&bar](uint64_t done) { bar.Show(done); };
     sinks.should_stop = [&interrupt] { return interrupt.is_interrupted(); };
-    try {
-      reports.push_back(RunScene(client, scene, kEvery, sinks));
-    } catch (const Error& error) {
-      if (!IsBeyondBackend(error)) throw;
-      left_out.push_back(scene.name() + ": " + error.violations().front().description);
-      sinks = {};
-      for (const fs::path& path : geometry) fs::remove(path);
-      continue;
-    }
+    reports.push_back(RunScene(client, scene, kEvery, sinks));
     written.insert(written.end(), geometry.begin(), geometry.end());
     const auto& pictures = sinks.pictures->written();
     written.insert(written.end(), pictures.begin(), pictures.end());
@@ -103,7 +86,6 @@ int Demo(const DemoOptions& options) {
   std::printf("%s\nThe final states%s are in:\n", SummaryTable(reports).c_str(),
               cannot_draw ? "" : " and pictures of them");
   for (const fs::path& path : written) std::printf("  %s\n", path.c_str());
-  for (const std::string& scene : left_out) std::printf("NOT PLAYED: %s\n", scene.c_str());
   if (cannot_draw) std::printf("NO PICTURES: %s\n", cannot_draw->what());
   std::string faults;
   for (const RunReport& report : reports) faults += FaultLines(report);

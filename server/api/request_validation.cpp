@@ -268,6 +268,7 @@ Result<CheckedCreation> CheckCreateCloths(const v1::CreateClothsRequest& request
   CheckedCreation result;
   result.world = CheckWorldName(FieldPath("world"), request.world(), violations);
   if (has_count && has_room) {
+    spec.parameters.is_in_world = !result.world.empty();
     result.copies.assign(count, {spec.transform, Eigen::Vector3d::Zero(), spec.parameters});
     ApplyOrigins(request, result.copies, violations);
     ApplyTransforms(request, result.copies, violations);

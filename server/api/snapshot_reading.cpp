@@ -201,6 +201,7 @@ void Describe(const FieldPath& path, v1::ClothSnapshot& message, const ReadShare
   }
   CheckedSpec checked;
   CheckClothPart(path, message.spec(), target.limits, checked, violations);
+  checked.parameters.is_in_world = !cloth.world.empty();
   SetMeshes(path.Child("collider_meshes"), message, shared, checked.parameters, violations);
   violations.Require(!checked.parameters.self_collision || !model.model->triangles().empty(),
                      path.Child("self_collision"),

@@ -115,8 +115,11 @@ Result<PlannedUpdate> PlanFor(const ClothRecord& cloth, const ClothChange& chang
     plan.write.model = after->model;
     plan.undo.model = before->model;
     PlanLengths(*cloth.runtime, change, *after->model, plan);
+  } else if (controls.lengths().is_driven()) {  // another backend may have to know them
+    plan.undo.rest_lengths_m = controls.lengths().LengthsAt(cloth.runtime->now().time_s);
+    plan.write.rest_lengths_m = plan.undo.rest_lengths_m;
   }
-  after->plan = backend.plan_of(*after->model, after->parameters.self_collision.has_value());
+  after->plan = backend.plan_of(*after->model, after->parameters);
   if (change.pins) {
     const double now_s = cloth.runtime->now().time_s;
     after->pins = PinsOf(model, *change.pins);

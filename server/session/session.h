@@ -233,12 +233,6 @@ class Session : public std::enable_shared_from_this<Session> {
   // Deletes the cloths that have ended on the device. Device thread.
   void DropEnded(const ClothList& cloths);
   Status Keep(const std::string& name, std::shared_ptr<const SavedStates> saved);
-  // INVALID_ARGUMENT where the backend has no self-collision but a cloth `touches_itself`.
-  Status CheckSelfCollision(bool touches_itself) const;
-  // INVALID_ARGUMENT where the backend has no bodies but one of the colliders is one.
-  Status CheckBodies(std::span<const Collider> colliders) const;
-  // INVALID_ARGUMENT where edges and triangles are to touch colliders and the backend lacks that.
-  Status CheckColliderContact(const StepSettings& settings) const;
   Status Adopt(std::vector<SavedCloth>& cloths);
   Result<std::vector<LoadPair>> PairsOf(const SavedStates& saved, std::span<const ClothId> into,
                                         std::span<const ClothId> from) const;

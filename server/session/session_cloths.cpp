@@ -32,42 +32,6 @@ std::shared_ptr<const ClearStart> StartOf(const ClothCreation& creation) {
 
 }  // namespace
 
-Status Session::CheckSelfCollision(bool touches_itself) const {
-  const BackendDescription& backend = commons_->scheduler.description();
-  if (!touches_itself || backend.has_self_collision) return Status::Ok();
-  return Status::InvalidField("spec.self_collision",
-                              "must be unset: the backend " + backend.name +
-                                  " of this server has no self-collision; servers with "
-                                  "--backend=cpu or --backend=reference have");
-}
-
-Status Session::CheckBodies(std::span<const Collider> colliders) const {
-  const BackendDescription& backend = commons_->scheduler.description();
-  if (backend.has_bodies) return Status::Ok();
-  const auto body = std::ranges::find_if(colliders, &Collider::is_body);
-  if (body == colliders.end()) return Status::Ok();
-  const char* const field = body->density_kg_per_m3 > 0 ? "density_kg_per_m3" : "mass_kg";
-  return Status::InvalidField(
-      fmt::format("spec.environment.colliders[{}].{}", body - colliders.begin(), field),
-      fmt::format("must be unset: on the backend {} of this server no collider is moved by forces; "
-                  "servers with --backend=cpu or --backend=reference have that",
-                  backend.name));
-}
-
-Status Session::CheckColliderContact(const StepSettings& settings) const {
-  const BackendDescription& backend = commons_->scheduler.description();
-  if (settings.collider_contact == ColliderContact::kParticles || backend.has_surface_contacts) {
-    return Status::Ok();
-  }
-  return Status::InvalidField(
-      "spec.settings.collider_contact",
-      fmt::format(
-          "must be PARTICLES or unset: on the backend {} of this server edges and triangles "
-          "do not touch colliders; servers with --backend=cpu or --backend=reference have "
-          "that",
-          backend.name));
-}
-
 namespace {
 
 std::vector<const StepSettings*> SettingsOf(const ClothCreation& creation) {
@@ -76,28 +40,11 @@ std::vector<const StepSettings*> SettingsOf(const ClothCreation& creation) {
   return settings;
 }
 
-bool TouchesItself(const ClothCreation& creation) {
-  return std::ranges::any_of(creation.copies, [](const ClothCopy& copy) {
-    return copy.parameters.self_collision.has_value();
-  });
-}
-
 }  // namespace
 
 void Session::CreateCloths(ClothCreation creation,
                            std::function<void(Result<CreatedCloths>)> done) {
   DRAPE_CHECK(!creation.copies.empty(), "at least one copy");
-  if (const Status status = CheckBodies(creation.copies[0].parameters.colliders); !status.ok()) {
-    return done(status);
-  }
-  if (const Status status = CheckSelfCollision(TouchesItself(creation)); !status.ok()) {
-    done(status);
-    return;
-  }
-  if (const Status status = CheckColliderContact(creation.copies[0].parameters.settings);
-      !status.ok()) {
-    return done(status);
-  }
   if (const Status status = CheckWorld(creation.world, *creation.model, SettingsOf(creation));
       !status.ok()) {
     done(status);
@@ -122,7 +69,8 @@ void Session::CreateCloths(ClothCreation creation,
   auto model = creation.model;
   const size_t per_slice = ClothsPerSlice(model->particle_count());
   auto start = StartOf(creation);
-  std::string plan = commons_->scheduler.description().plan_of(*model, TouchesItself(creation));
+  std::string plan =
+      commons_->scheduler.description().plan_of(*model, creation.copies[0].parameters);
   auto maker = std::make_shared<ClothMaker>(std::move(creation), std::move(model), std::move(plan));
   const auto finish = [self = shared_from_this(), maker, start = std::move(start), done, cloths,
                        particles](Backend& backend, const Status& status) {
@@ -177,9 +125,7 @@ Result<CreatedCloths> Session::PublishMade(const ClothMaker& maker, const Status
 }
 
 void Session::CheckCloths(ClothCreation creation, std::function<void(Result<CreatedCloths>)> done) {
-  Status status = CheckSelfCollision(TouchesItself(creation));
-  if (status.ok()) status = CheckColliderContact(creation.copies[0].parameters.settings);
-  if (status.ok()) status = CheckWorld(creation.world, *creation.model, SettingsOf(creation));
+  Status status = CheckWorld(creation.world, *creation.model, SettingsOf(creation));
   if (status.ok()) status = map_quota_->Charge(MapsOf(creation)).status();
   if (status.ok()) {
     const std::lock_guard lock(mutex_);
@@ -187,11 +133,11 @@ void Session::CheckCloths(ClothCreation creation, std::function<void(Result<Crea
                         uint64_t{creation.model->particle_count()} * creation.copies.size());
   }
   if (!status.ok()) return done(status);
-  done(CreatedCloths{
-      .ids = {},
-      .model = creation.model,
-      .plan = commons_->scheduler.description().plan_of(*creation.model, TouchesItself(creation)),
-      .start = StartOf(creation)});
+  done(CreatedCloths{.ids = {},
+                     .model = creation.model,
+                     .plan = commons_->scheduler.description().plan_of(
+                         *creation.model, creation.copies[0].parameters),
+                     .start = StartOf(creation)});
 }
 
 namespace {
@@ -249,16 +195,7 @@ void Session::UpdateCloths(ClothList cloths, ClothChange change,
                               "the cloths has none"));
     return;
   }
-  if (const Status status = CheckSelfCollision(touches_itself); !status.ok()) {
-    done(status);
-    return;
-  }
-  if (change.settings) {
-    const Status status = CheckColliderContact(*change.settings);
-    if (!status.ok()) return done(status);
-  }
   if (change.colliders) {
-    if (const Status status = CheckBodies(*change.colliders); !status.ok()) return done(status);
     DistanceMapSet maps;
     Insert(*change.colliders, maps);
     Result<MapCharges> charges = map_quota_->Charge(maps);

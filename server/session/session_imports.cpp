@@ -24,8 +24,7 @@ Status Session::Adopt(std::vector<SavedCloth>& cloths) {
     }
     const auto& model = description->model = known.model;
     description->model_charge = known.charge;
-    description->plan = commons_->scheduler.description().plan_of(
-        *model, description->parameters.self_collision.has_value());
+    description->plan = commons_->scheduler.description().plan_of(*model, description->parameters);
     if (!description->parameters.colliders.empty()) description->map_charges = charges;
     cloth.description = std::move(description);
   }
@@ -69,18 +68,9 @@ void Session::Import(std::vector<SavedCloth> cloths, bool keeps_ids,
   uint64_t particles = 0;
   uint32_t largest = 1;
   for (const SavedCloth& cloth : cloths) {
-    const Status status =
-        CheckSelfCollision(cloth.description->parameters.self_collision.has_value());
-    if (!status.ok()) return done(status);
-    const Status bodies = CheckBodies(cloth.description->parameters.colliders);
-    if (!bodies.ok()) return done(bodies);
     const uint32_t its = cloth.description->model->particle_count();
     particles += its;
     largest = std::max(largest, its);
-  }
-  for (const SavedCloth& cloth : cloths) {
-    const Status status = CheckColliderContact(cloth.description->parameters.settings);
-    if (!status.ok()) return done(status);
   }
   if (const Status status = CheckImportedWorlds(cloths); !status.ok()) return done(status);
   const size_t count = cloths.size();

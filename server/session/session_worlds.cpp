@@ -28,12 +28,6 @@ std::shared_ptr<const ClothRecord> Session::FirstOfWorld(const std::string& worl
 Status Session::CheckWorld(const std::string& world, const SceneModel& model,
                            std::span<const StepSettings* const> settings) const {
   if (world.empty()) return Status::Ok();
-  const BackendDescription& backend = commons_->scheduler.description();
-  if (!backend.has_worlds) {
-    return Status::InvalidField("world", "must be empty: the backend " + backend.name +
-                                             " of this server has no worlds; servers with "
-                                             "--backend=cpu or --backend=reference have");
-  }
   if (model.triangles().empty()) {
     return Status::InvalidField(
         "world", "belongs to cloths with triangles, made of a grid or a mesh; this one has none");

@@ -29,16 +29,16 @@ struct BackendDescription {
   std::string device;  // "llvmpipe (LLVM 15.0.6), OpenGL 4.5 ...", "2 cores"
   ScalarType scalar = ScalarType::kFloat32;
   bool is_hardware_gpu = false;
-  bool has_self_collision = false;  // ClothParameters::self_collision is supported
-  bool has_worlds = false;          // StepItem::world is: cloths that touch each other
   // StepItem::impulses takes hardly more time and memory than a step without. Else nobody asks for
   // them who may not need them.
   bool has_cheap_impulses = false;
-  bool has_bodies = false;            // Collider::is_body is: StepReport::bodies
-  bool has_surface_contacts = false;  // ColliderContact::kSurface is
-  // How a cloth of this model is stepped that touches itself or does not: "resident", "tiled",
-  // "lanes", "single", "scalar". Pure; any thread.
-  std::function<std::string(const SceneModel&, bool touches_itself)> plan_of;
+  // Whether it can step such cloths. Empty: all. Pure; any thread.
+  std::function<bool(const SceneModel&, const ClothParameters&)> can_step = {};
+  bool Steps(const SceneModel& model, const ClothParameters& parameters) const {
+    return !can_step || can_step(model, parameters);
+  }
+  // How it steps them: "resident", "tiled", "lanes", "single", "scalar". Pure; any thread.
+  std::function<std::string(const SceneModel&, const ClothParameters&)> plan_of;
   // Does what takes long in a first Create of such a cloth, programs to compile, so that the device
   // thread need not; nothing else depends on it. May take seconds. Any thread but the device
   // thread, also after the backend has ended. Empty: there is nothing of the kind.
@@ -82,10 +82,10 @@ struct StepItem {
   // Fill StepReport::impulses. Changes no bit of a state. Where the device has no room for them
   // they are NaN, and the log says so.
   bool impulses = false;
-  // Only if BackendDescription::has_self_collision, and of cloths with triangles. All cloths of a
-  // world follow each other in the batch, in an order that is always the same; none of them is
-  // faulted, or all are. They have the same time step. All have the substeps of the one that has
-  // most, the least of their limits on sweeps, and two steps only where all have.
+  // Only of cloths with triangles and ClothParameters::is_in_world. All cloths of a world follow
+  // each other in the batch, in an order that is always the same; none of them is faulted, or all
+  // are. They have the same time step. All have the substeps of the one that has most, the least of
+  // their limits on sweeps, and two steps only where all have.
   WorldPlace world{};
 };
 

@@ -33,6 +33,7 @@ struct ClothParameters {
   double air_drag = 0;                    // drag coefficient, [0, kMaxAirCoefficient]
   double air_lift = 0;                    // lift coefficient, [0, kMaxAirCoefficient]
   std::optional<SelfCollision> self_collision;  // unset: the cloth passes through itself
+  bool is_in_world = false;                     // StepItem::world may name one
   std::vector<Collider> colliders;
   // How they move from the next step on, [colliders.size()]; empty: all of them rest as described.
   std::vector<RigidMotion> collider_motions;

@@ -35,7 +35,7 @@ bool MeasureRow(Bench& bench, Table& table, const StepRow& row, const ClothBatch
                sides.columns,
                sides.rows,
                named.name,
-               named.backend->Describe().plan_of(*batch.scene.model, false),
+               named.backend->Describe().plan_of(*batch.scene.model, batch.scene.parameters),
                t.steps,
                t.median_ms,
                t.p10_ms,

@@ -21,11 +21,11 @@ TEST(CpuBackendTest, DescribesItself) {
   EXPECT_TRUE(description.device.starts_with("3 cores, ")) << description.device;
   EXPECT_EQ(CreateCpuBackend({}, {.use_lanes = false})
                 ->Describe()
-                .plan_of(*test::SizedCloth(33).model, false),
+                .plan_of(*test::SizedCloth(33).model, {}),
             "single");
 #if defined(__x86_64__)
   EXPECT_TRUE(description.device.find(" lanes (") != std::string::npos) << description.device;
-  EXPECT_EQ(backend->Describe().plan_of(*test::SizedCloth(33).model, false), "lanes");
+  EXPECT_EQ(backend->Describe().plan_of(*test::SizedCloth(33).model, {}), "lanes");
 #endif
 }
 

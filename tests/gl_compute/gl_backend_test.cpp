@@ -48,8 +48,8 @@ TEST_F(GlBackendTest, DescribesItself) {
   EXPECT_EQ(description.name, "gl");
   EXPECT_THAT(description.device, HasSubstr("OpenGL 4."));
   EXPECT_EQ(description.scalar, ScalarType::kFloat32);
-  EXPECT_EQ(backend().Describe().plan_of(*GridModel(32, 32), false), "resident");
-  EXPECT_EQ(backend().Describe().plan_of(*GridModel(41, 25), false), "tiled");
+  EXPECT_EQ(backend().Describe().plan_of(*GridModel(32, 32), {}), "resident");
+  EXPECT_EQ(backend().Describe().plan_of(*GridModel(41, 25), {}), "tiled");
 }
 
 // The mean velocity form is exact for a constant acceleration, so only roundings remain: in one

@@ -106,7 +106,7 @@ INSTANTIATE_TEST_SUITE_P(Widths, GoldenExamplesTest,
 INSTANTIATE_TEST_SUITE_P(Widths, GoldenExamplesLong, testing::Values(kReference, kCpu, kGl),
                          [](const auto& one) { return one.param.file; });
 
-// gl has no worlds, no colliders that forces move and none that edges and triangles touch; its
+// Worlds, bodies, and what edges and triangles touch are for cpu on gl, too (PairBackends); the
 // kernels for cloths that touch themselves, which take long to compile, have tests of their own
 // (tests/gl_compute, tests/physics).
 bool IsForGl(const v1::Scene& scene) {

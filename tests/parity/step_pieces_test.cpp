@@ -69,7 +69,7 @@ bool MustPause(const Backend& backend, const Scene& scene) {
   const StepSettings& settings = scene.parameters.settings;
   const BackendDescription description = backend.Describe();
   const bool is_long = settings.substeps * settings.max_iterations >= 6000;
-  return description.plan_of(*scene.model, false) != "resident" ||
+  return description.plan_of(*scene.model, scene.parameters) != "resident" ||
          (is_long && !description.is_hardware_gpu);
 }
 

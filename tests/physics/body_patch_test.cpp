@@ -17,7 +17,7 @@ constexpr double kG = 9.81;
 const double kSlope = 20 * M_PI / 180;
 
 class BodyPatch : public BodyTest {};
-INSTANTIATE_TEST_SUITE_P(Backends, BodyPatch, testing::ValuesIn(BackendsWithBodies()),
+INSTANTIATE_TEST_SUITE_P(Backends, BodyPatch, testing::ValuesIn(OwnBackendNames()),
                          NameOfCase<testing::TestParamInfo<std::string>>);
 
 // They lie on their lowest points over the xz plane at the origin, turned by `pose`.

@@ -8,14 +8,6 @@
 
 namespace drape::test {
 
-inline std::vector<std::string> BackendsWithBodies() {
-  std::vector<std::string> names;
-  for (const std::string& name : BackendNames()) {
-    if (SharedBackend(name).Describe().has_bodies) names.push_back(name);
-  }
-  return names;
-}
-
 // One that starts to move as its collider is described.
 inline void AddBody(Scene& scene, const Collider& collider,
                     const Eigen::Vector3d& velocity = Eigen::Vector3d::Zero(),

@@ -14,7 +14,7 @@ using Eigen::Vector3d;
 constexpr double kG = 9.81;
 
 class Body : public BodyTest {};
-INSTANTIATE_TEST_SUITE_P(Backends, Body, testing::ValuesIn(BackendsWithBodies()),
+INSTANTIATE_TEST_SUITE_P(Backends, Body, testing::ValuesIn(OwnBackendNames()),
                          NameOfCase<testing::TestParamInfo<std::string>>);
 
 // The state of a body is in double precision on every backend; a step passes it on to the bit, so
@@ -356,7 +356,7 @@ std::string NameOfCatch(const testing::TestParamInfo<std::tuple<std::string, Cat
 }
 
 INSTANTIATE_TEST_SUITE_P(Backends, Caught,
-                         testing::Combine(testing::ValuesIn(BackendsWithBodies()),
+                         testing::Combine(testing::ValuesIn(OwnBackendNames()),
                                           testing::Values(kLight, kHeavy)),
                          NameOfCatch);
 INSTANTIATE_TEST_SUITE_P(Between, Caught,

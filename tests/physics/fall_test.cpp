@@ -42,7 +42,7 @@ class Fall : public PresetTest {
     Scene scene = RandomFall(seed);
     scene.parameters.settings = PresetSettings(preset());
     scene.parameters.settings.time_step_s = seed % 3 == 0 ? 1.0 / 30 : 1.0 / 60;
-    if (seed % 2 == 1 && backend().Describe().has_surface_contacts) {
+    if (seed % 2 == 1) {
       scene.parameters.settings.collider_contact = ColliderContact::kSurface;
     }
     const ClothHandle cloth = Make(scene);

@@ -20,14 +20,6 @@ using Eigen::Quaterniond;
 using Eigen::Vector3d;
 constexpr double kG = 9.81;
 
-std::vector<std::string> BackendsWithSurfaceContacts() {
-  std::vector<std::string> names;
-  for (const std::string& name : BackendNames()) {
-    if (SharedBackend(name).Describe().has_surface_contacts) names.push_back(name);
-  }
-  return names;
-}
-
 // How far the drawn triangles are inside the colliders, tried in 12 rows each, beyond the
 // thickness.
 double DepthOf(const Scene& scene, const ParticleState& state) {
@@ -137,7 +129,7 @@ TEST_P(SinkingOfSheets, IsLessThanTheWayOfASubstep) {
 
 std::vector<std::tuple<std::string, Preset>> BackendsUnder(Preset preset) {
   std::vector<std::tuple<std::string, Preset>> pairs;
-  for (const std::string& backend : BackendsWithSurfaceContacts()) {
+  for (const std::string& backend : OwnBackendNames()) {
     pairs.emplace_back(backend, preset);
   }
   return pairs;
@@ -213,7 +205,7 @@ TEST_P(Rails, ASheetSlidesJustAboveItsStaticFriction) {
   EXPECT_NEAR(Slide(0.98 * std::tan(kAngle), 0.5 * std::tan(kAngle)) / way, 1, 1e-2);
 }
 
-INSTANTIATE_TEST_SUITE_P(Backends, Rails, ::testing::ValuesIn(BackendsWithSurfaceContacts()),
+INSTANTIATE_TEST_SUITE_P(Backends, Rails, ::testing::ValuesIn(OwnBackendNames()),
                          [](const auto& case_info) { return std::string(case_info.param); });
 
 // A board of 1 cm meets a coarse sheet at 20 m/s: a substep goes 6.4 mm, farther than the half of
@@ -357,8 +349,7 @@ TEST_P(SurfaceContact, InABatchHasTheSameBits) {
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(Backends, SurfaceContact,
-                         ::testing::ValuesIn(BackendsWithSurfaceContacts()),
+INSTANTIATE_TEST_SUITE_P(Backends, SurfaceContact, ::testing::ValuesIn(OwnBackendNames()),
                          [](const auto& case_info) { return std::string(case_info.param); });
 
 }  // namespace

@@ -147,9 +147,6 @@ void ExpectEachValueToMatter(const std::map<std::string, std::string>& bits_by_v
 TEST_P(Switches, EachOneChangesTheResultOfItsScene) {
   ForEachSetting([&](const auto& setting) {
     SCOPED_TRACE(setting.name);
-    // Servers refuse it (Session::CheckColliderContact).
-    const bool has_surface = backend().Describe().has_surface_contacts;
-    if (setting.name == "collider_contact" && !has_surface) return;
     const auto found = Cases().find(setting.name);
     ASSERT_NE(found, Cases().end()) << "give this setting a scene where it changes the result";
     const SwitchCase& one = found->second;

@@ -16,7 +16,7 @@ using Eigen::Vector3d;
 
 const Collider kFloor = PlaneThrough(Vector3d::Zero(), Vector3d::UnitY());
 
-// gl refuses worlds.
+// gl leaves worlds to cpu.
 class Worlds : public PhysicsTest {
  protected:
   // Steps the world and expects that no edge crosses a triangle after any step.

@@ -164,7 +164,7 @@ class FakeBackend final : public DeviceBackend {
             .device = "no device",
             .scalar = ScalarType::kFloat64,
             .is_hardware_gpu = false,
-            .plan_of = [](const SceneModel& model, bool) {
+            .plan_of = [](const SceneModel& model, const ClothParameters&) {
               return model.pin_count() > 0 ? "pinned" : "free";
             }};
   }

@@ -205,7 +205,7 @@ TEST_F(ReferenceBackendTest, DescribesItself) {
   EXPECT_EQ(description.name, "reference");
   EXPECT_EQ(description.scalar, ScalarType::kFloat64);
   EXPECT_FALSE(description.is_hardware_gpu);
-  EXPECT_EQ(description.plan_of(*test::Grid(3, 3, 1, 1).model, false), "scalar");
+  EXPECT_EQ(description.plan_of(*test::Grid(3, 3, 1, 1).model, {}), "scalar");
 }
 
 TEST_F(ReferenceBackendTest, ReadsWhatIsAskedForInOrder) {

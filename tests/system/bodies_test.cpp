@@ -1,5 +1,4 @@
-// Colliders with a mass through the service: what a client sees of them, resets, saved states, and
-// the refusal of a backend that has none.
+// Colliders with a mass through the service: what a client sees of them, resets, saved states.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -12,17 +11,8 @@
 namespace drape::test {
 namespace {
 
-using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::SizeIs;
-
-std::vector<std::string> Those(bool has_bodies) {
-  std::vector<std::string> names;
-  for (const std::string& name : BackendNames()) {
-    if (SharedBackend(name).Describe().has_bodies == has_bodies) names.push_back(name);
-  }
-  return names;
-}
 
 class BodyCalls : public testing::TestWithParam<std::string> {
  protected:
@@ -69,12 +59,8 @@ class BodyCalls : public testing::TestWithParam<std::string> {
   std::string session_;
 };
 
-using RefusedBodies = BodyCalls;
-INSTANTIATE_TEST_SUITE_P(Backends, BodyCalls, testing::ValuesIn(Those(true)),
+INSTANTIATE_TEST_SUITE_P(Backends, BodyCalls, testing::ValuesIn(BackendNames()),
                          [](const auto& test) { return test.param; });
-INSTANTIATE_TEST_SUITE_P(Backends, RefusedBodies, testing::ValuesIn(Those(false)),
-                         [](const auto& test) { return test.param; });
-
 // In the report in the world, in the cloth in its environment.
 TEST_P(BodyCalls, TheReportTellsWhereABodyIs) {
   const Ids ids = Create(*stub_, Request(2));
@@ -140,13 +126,6 @@ TEST_P(BodyCalls, NoControlMovesABody) {
   const auto answer = Call(*stub_, &Stub::Step, request);
   EXPECT_EQ(answer.status.error_code(), grpc::StatusCode::INVALID_ARGUMENT);
   EXPECT_THAT(answer.status.error_message(), HasSubstr("has a mass"));
-}
-
-TEST_P(RefusedBodies, NameTheFieldAndTheBackend) {
-  const auto answer = Call(*stub_, &Stub::CreateCloths, Request(1));
-  EXPECT_EQ(answer.status.error_code(), grpc::StatusCode::INVALID_ARGUMENT);
-  EXPECT_THAT(answer.status.error_message(), HasSubstr("spec.environment.colliders[1].mass_kg"));
-  EXPECT_THAT(answer.status.error_message(), HasSubstr("backend " + GetParam()));
 }
 
 }  // namespace

@@ -67,14 +67,9 @@ class CpuBackend final : public Backend {
                       (thread_count_ == 1 ? " core, " : " cores, ") + ProcessorName() + ", " +
                       LanesText(),
             .scalar = ScalarType::kFloat32,
-            .has_self_collision = true,
-            .has_worlds = true,
             .has_cheap_impulses = true,
-            .has_bodies = true,
-            .has_surface_contacts = true,
-            .plan_of = [plan = lane_count_ > 1 ? "lanes" : "single"](const SceneModel&, bool) {
-              return plan;
-            }};
+            .plan_of = [plan = lane_count_ > 1 ? "lanes" : "single"](
+                           const SceneModel&, const ClothParameters&) { return plan; }};
   }
 
   Result<ClothHandle> Create(std::shared_ptr<const SceneModel> model,

@@ -29,12 +29,8 @@ class ReferenceBackend final : public Backend {
             .device = "1 core, double precision",
             .scalar = ScalarType::kFloat64,
             .is_hardware_gpu = false,
-            .has_self_collision = true,
-            .has_worlds = true,
             .has_cheap_impulses = true,
-            .has_bodies = true,
-            .has_surface_contacts = true,
-            .plan_of = [](const SceneModel&, bool) { return "scalar"; }};
+            .plan_of = [](const SceneModel&, const ClothParameters&) { return "scalar"; }};
   }
 
   Result<ClothHandle> Create(std::shared_ptr<const SceneModel> model,

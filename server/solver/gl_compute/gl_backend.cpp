@@ -19,6 +19,7 @@
 #include "server/solver/gl_compute/gl_read.h"
 #include "server/solver/gl_compute/impulse_read.h"
 #include "server/solver/gl_compute/kernel_compiler.h"
+#include "server/solver/gl_compute/kernel_variant.h"
 #include "server/solver/gl_compute/packing.h"
 #include "server/solver/gl_compute/self_contact_measures.h"
 #include "server/solver/gl_compute/step_batch.h"
@@ -54,11 +55,8 @@ class GlBackend final : public DeviceBackend {
             .device = context.renderer() + ", OpenGL " + context.version() + strips,
             .scalar = ScalarType::kFloat32,
             .is_hardware_gpu = !context.is_software(),
-            .has_self_collision = true,
-            .plan_of =
-                [](const SceneModel& model, bool touches_itself) {
-                  return IsResident(model, touches_itself) ? "resident" : "tiled";
-                },
+            .can_step = KernelsCanStep,
+            .plan_of = KernelPlan,
             .prepare =
                 [compiler = compiler_](const SceneModel& model, const ClothParameters& parameters) {
                   compiler->Prepare(model, parameters);
@@ -399,7 +397,7 @@ void GlBackend::ReadImpulses(std::span<const StepItem> items, BatchReport& repor
 
 std::optional<BatchReport> GlBackend::StepPiece(std::span<const StepItem> items,
                                                 const Pause& pause) {
-  DRAPE_CHECK(items.size() == 1, "this backend has no worlds");
+  DRAPE_CHECK(items.size() == 1, "the kernels step no worlds");
   const StepItem& item = items[0];
   device_.context->MakeCurrent();
   GlCloth& cloth = cloths_.Find(item.cloth);

@@ -168,6 +168,12 @@ TraitSet TraitsOf(const PlannedCloth& cloth, const DeviceTraits& device) {
 
 }  // namespace
 
+bool KernelsCanStep(const SceneModel&, const ClothParameters& parameters) {
+  const bool has_surface = parameters.settings.collider_contact == ColliderContact::kSurface &&
+                           !parameters.colliders.empty();
+  return !parameters.is_in_world && !HasBodies(parameters.colliders) && !has_surface;
+}
+
 std::string KernelVariant::Defines() const {
   std::ostringstream text;
   if (strip_solve == StripSolve::kReduction) {
@@ -199,6 +205,10 @@ bool IsResident(const SceneModel& model, bool touches_itself) {
          model.joint_count() <= kMaxResidentConnections &&
          model.spring_count() <= kMaxResidentConnections &&
          model.elastic_count() <= kMaxResidentConnections;
+}
+
+std::string KernelPlan(const SceneModel& model, const ClothParameters& parameters) {
+  return IsResident(model, parameters.self_collision.has_value()) ? "resident" : "tiled";
 }
 
 bool IsResident(const PlannedCloth& cloth) {

@@ -15,6 +15,9 @@
 
 namespace drape {
 
+// Not worlds, bodies, and edges and triangles that touch colliders: there is no stage for them.
+bool KernelsCanStep(const SceneModel& model, const ClothParameters& parameters);
+
 // The specialisation of a kernel: its code has only what the cloth needs. A function of the cloth
 // and the device alone, never of a batch.
 struct KernelVariant {
@@ -76,6 +79,8 @@ inline constexpr uint32_t kMaxResidentConnections = 8 * 1024;
 // Cloths that touch themselves are tiled.
 bool IsResident(const SceneModel& model, bool touches_itself = false);
 bool IsResident(const PlannedCloth& cloth);
+// "resident" or "tiled".
+std::string KernelPlan(const SceneModel& model, const ClothParameters& parameters);
 
 // How a cloth is stepped.
 struct VariantChoice {

@@ -87,8 +87,7 @@ class CostTable {
  private:
   void Write(const std::string& along, const std::string& preset, const SceneModel& model,
              uint32_t cloths, const Way& way, const StepTimes& t) {
-    const std::string path =
-        way.path.empty() ? way.made->Describe().plan_of(model, false) : way.path;
+    const std::string path = way.path.empty() ? way.made->Describe().plan_of(model, {}) : way.path;
     std::printf("    %-4s %-8s %2u threads %10.3f ms  (%.3f ... %.3f, %u steps)\n",
                 way.backend.c_str(), path.c_str(), way.threads, t.median_ms, t.p10_ms, t.p90_ms,
                 t.steps);

@@ -146,9 +146,9 @@ class LocalSizesTable {
       const bool is_chosen = size.local_size == chosen;
       std::printf("    %4u invocations%c %10.3f ms, %8.1f ns per particle\n", size.local_size,
                   is_chosen ? '*' : ' ', median_ms, ns_per_particle);
-      table_.Add({preset, gl_.Describe().plan_of(*start.model, false), kernels, load.cloths,
-                  load.particles, size.local_size, is_chosen, options_.rounds, median_ms,
-                  Quantile(size.ms, 0.1), Quantile(size.ms, 0.9), ns_per_particle});
+      table_.Add({preset, gl_.Describe().plan_of(*start.model, start.parameters), kernels,
+                  load.cloths, load.particles, size.local_size, is_chosen, options_.rounds,
+                  median_ms, Quantile(size.ms, 0.1), Quantile(size.ms, 0.9), ns_per_particle});
     }
   }
 

@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "server/core/check.h"
+#include "server/solver/backend_pair.h"
 #include "server/solver/cpu/cpu_backend.h"
 #include "server/solver/cpu_reference/reference_backend.h"
 #include "server/solver/gl_compute/gl_tuning.h"
@@ -12,6 +13,10 @@ namespace drape::test {
 
 std::vector<std::string> BackendNames() {
   return {"reference", "cpu", "gl"};
+}
+
+std::vector<std::string> OwnBackendNames() {
+  return {"reference", "cpu"};
 }
 
 std::vector<std::string> FloatBackendNames() {
@@ -43,7 +48,7 @@ std::unique_ptr<Backend> MakeBackend(const std::string& name) {
   }
   auto backend = CreateTunedGlBackend({}, tuning);
   DRAPE_CHECK(backend.ok(), backend.status().ToString());
-  return std::move(*backend);
+  return PairBackends(std::move(*backend), CreateCpuBackend());
 }
 
 Backend& SharedBackend(const std::string& name) {

@@ -12,6 +12,10 @@ namespace drape::test {
 // "reference" first: the one that the others are compared with.
 std::vector<std::string> BackendNames();
 
+// Those that step every cloth themselves: "gl" leaves worlds, bodies, and the edges and triangles
+// that touch colliders to "cpu" (PairBackends).
+std::vector<std::string> OwnBackendNames();
+
 // The backends in single precision.
 std::vector<std::string> FloatBackendNames();
 

@@ -46,7 +46,7 @@ class ClothVectorEnv(VectorEnv):
     side = 32  # particles along an edge
     size_m = 0.4
     best_performance = 0.0
-    touches_itself = False  # as far as the backends can: `cpu` and `reference`
+    touches_itself = False
 
     def __init__(self, num_envs: int = 1, *, max_episode_steps: int | None = None, observation: str = "keypoints",
                  autoreset_mode: AutoresetMode | str = AutoresetMode.NEXT_STEP, client: drape.Client | None = None,
