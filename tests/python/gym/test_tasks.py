@@ -44,13 +44,37 @@ def test_the_scripted_policy_reaches_its_score(client, task, policy, mean, least
     (Flatten, scripted.spread, 0.95, 0.80, 38, 12),
     (Hang, scripted.hang, 0.90, 0.85, 25, 16),
 ])
-@pytest.mark.parametrize("is_long", [False, pytest.param(True, marks=pytest.mark.full)])
-def test_tasks_of_sheets_that_touch_themselves_too(client, task, policy, mean, least, actions, side, is_long):
-    """In the short tier with fewer particles and actions."""
-    scores = (play(task, policy, client) if is_long
-              else play(task, policy, client, num=2, side=side, max_episode_steps=actions))
+def test_tasks_of_sheets_that_touch_themselves_too(client, task, policy, mean, least, actions, side):
+    """With fewer particles and actions."""
+    scores = play(task, policy, client, num=2, side=side, max_episode_steps=actions)
     assert scores.mean() >= mean and scores.min() >= least, scores.round(3)
     assert scores.max() <= 1 + 1e-6
+
+
+# Crumpled sheets are unlike: of 40 starts the mean was 0.92, the least 0.63, the standard deviation 0.12, so that the mean
+# of ten is above 0.85 in 19 of 20 sets of them.
+@pytest.mark.full
+@pytest.mark.parametrize("task, policy, num, mean, least", [
+    (FoldHalf, scripted.fold, 4, 0.90, 0.87),
+    (Flatten, scripted.spread, 10, 0.85, 0.50),
+    (Hang, scripted.hang, 4, 0.90, 0.85),
+])
+def test_tasks_of_sheets_that_touch_themselves_at_their_size(client, task, policy, num, mean, least):
+    scores = play(task, policy, client, num=num)
+    assert scores.mean() >= mean and scores.min() >= least, scores.round(3)
+
+
+def test_a_sheet_that_is_not_flat_is_lifted_again(client, monkeypatch):
+    env = Flatten(2, client=client, side=8)
+    env.reset(seed=7)
+    monkeypatch.setattr(env, "_performance", lambda positions, rows: np.array([0.5, 0.95]))
+    env._elapsed[:] = 50
+    moves = scripted.spread(env).reshape(2, 2, 4)
+    assert np.abs(moves[0, :, :3]).max() > 0.1, "to the corners"
+    assert not moves[1].any(), "it stays as it is"
+    env._elapsed[:] = 50 + 8
+    assert scripted.spread(env).reshape(2, 2, 4)[..., 3].tolist() == [[1, 1], [0, 0]]
+    env.close()
 
 
 def test_a_policy_is_as_good_in_the_frame_of_the_start(client):

@@ -73,11 +73,15 @@ def fold(env, begin=5, arc=14):
     return towards(env, np.stack([first, first + along], 1), (env.elapsed >= begin) & ~leaves)
 
 
-def spread(env, reach=8, lift=10, rest=8, speed_m=0.06, low_m=0.01):
+def spread(env, reach=8, lift=10, rest=8, speed_m=0.06, low_m=0.01, attempt=50, enough=0.9):
     """For Flatten: takes the corners of the first row, wherever they lie, lifts the sheet until it hangs, and lays it
-    down as `lay_down`. reach, lift, rest: actions to get there, up, and until it no longer swings. speed_m: of the
+    down as `lay_down`. What covers less than `enough` of its area after `attempt` actions is lifted again, by the
+    corners of the last row. reach, lift, rest: actions to get there, up, and until it no longer swings. speed_m: of the
     pickers per action, down. low_m: height at the end."""
-    at, when = env.pickers.positions, env.elapsed
+    at, when = env.pickers.positions, env.elapsed % attempt
+    is_first = env.elapsed < attempt
+    covers = env._performance(env.cloths.positions, np.arange(env.num_envs))
+    acts = is_first | env.pickers.holds.any(1) | (covers < enough)
     middle = at.mean(1)
     along = (at[:, 1] - at[:, 0]) * [1, 0, 1]
     length = np.linalg.norm(along, axis=1, keepdims=True)
@@ -92,9 +96,12 @@ def spread(env, reach=8, lift=10, rest=8, speed_m=0.06, low_m=0.01):
     hangs = when >= reach + lift + rest
     middle = np.where(hangs[:, None], down, up)
     places = middle[:, None] + 0.5 * env.size_m * np.stack([-along, along], 1)
-    corners = env.cloths.positions[:, [0, env.side - 1]]
+    row = np.array([0, env.side - 1])
+    corners = np.where(is_first[:, None, None], env.cloths.positions[:, row],
+                       env.cloths.positions[:, env.side * (env.side - 1) + row])
     places = np.where((when <= reach)[:, None, None], corners, places)
-    return towards(env, places, (when >= reach) & ~(hangs & lies))
+    places = np.where(acts[:, None, None], places, at)
+    return towards(env, places, acts & (when >= reach) & ~(hangs & lies))
 
 
 def hang(env, begin=6, arc=12, slack=0.97):
