@@ -27,7 +27,24 @@ bool IsSharp(const Collider& collider, double edge_length_m) {
   }
 }
 
-bool Moves(const RigidMotion& motion) {
+// Whether the point of the description that is at `described_m` moves.
+bool Moves(const RigidMotion& motion, const Eigen::Vector3d& described_m) {
+  constexpr double kStill_m_per_s = 1e-6;  // above the rounding of a roller's axis
+  const Eigen::Vector3d arm = motion.rotation * (described_m - motion.pivot_m);
+  return (motion.velocity_m_per_s + motion.angular_velocity_rad_per_s.cross(arm)).norm() >
+         kStill_m_per_s;
+}
+
+// Whether it comes to be where it was not: a roller that turns about its axis does not.
+bool Moves(const RigidMotion& motion, const Collider& collider) {
+  const auto moves = [&](const Eigen::Vector3d& end) { return Moves(motion, collider.pose * end); };
+  if (const auto* capsule = std::get_if<CapsuleShape>(&collider.shape)) {
+    return moves(capsule->a_m) || moves(capsule->b_m);
+  }
+  if (const auto* cylinder = std::get_if<CylinderShape>(&collider.shape)) {
+    return moves(cylinder->a_m) || moves(cylinder->b_m);
+  }
+  if (collider.kind() == ShapeKind::kSphere) return moves(Eigen::Vector3d::Zero());
   return !motion.velocity_m_per_s.isZero(0) || !motion.angular_velocity_rad_per_s.isZero(0);
 }
 
@@ -42,7 +59,7 @@ bool TouchesEdges(ColliderContact contact, const Collider& collider, const Rigid
     case ColliderContact::kSurface:
       return true;
     case ColliderContact::kAuto:
-      return motion != nullptr && Moves(*motion) && IsSharp(collider, edge_length_m);
+      return motion != nullptr && Moves(*motion, collider) && IsSharp(collider, edge_length_m);
   }
   return false;
 }

@@ -203,7 +203,8 @@ TEST_F(BackendPair, AClothGoesOverWhenWhatIsSharpMayMove) {
   EXPECT_TRUE(ReadBits(*pair_, cloth) == BitsAfter(*gl_, scene, 1));
   Scene moving = scene;
   moving.state = ReadState(*pair_, cloth);
-  moving.parameters.collider_motions = {RigidMotion::AtRest(CentreOf(scene.parameters.colliders[0]))};
+  moving.parameters.collider_motions = {
+      RigidMotion::AtRest(CentreOf(scene.parameters.colliders[0]))};
   moving.parameters.collider_motions[0].velocity_m_per_s = {0, 1, 0};
   ClothUpdate update;
   update.collider_motions = moving.parameters.collider_motions;

@@ -1,4 +1,5 @@
 // What is sharp for a cloth moves through it, with default settings: its edges are not caught.
+#include <cmath>
 #include <random>
 #include <tuple>
 
@@ -23,7 +24,8 @@ Scene RandomCurtain(uint32_t seed, bool is_mesh) {
   };
   std::vector<uint32_t> pins;
   for (uint32_t k = 0; k < 22; ++k) pins.push_back(k);
-  Scene scene = is_mesh ? MeshedGrid(22, 20, 1, 0.9, pins) : Grid(22, 20, 1, 0.9, pins);
+  const StructuralMaterial woven{.stretch_stiffness_n_per_m = kMeshStretchStiffness_n_per_m};
+  Scene scene = is_mesh ? MeshedGrid(22, 20, 1, 0.9, pins, woven) : Grid(22, 20, 1, 0.9, pins);
   for (Vector3d& p : scene.state.positions_m) p = {p.x(), -p.z(), 0};
   const Vector3d centre(in(0.25, 0.75), in(-0.7, -0.3), 0);
   const Vector3d along = turn() * Vector3d(in(0.05, 0.15), 0, 0);
@@ -71,7 +73,9 @@ INSTANTIATE_TEST_SUITE_P(Backends, SharpCollider, testing::ValuesIn(OwnBackendNa
                          [](const auto& one) { return one.param; });
 
 // 5 % of the worst link is where a warning begins, 1 % of almost all is the promise for cloths that
-// hang. Particles alone leave more than that of most curtains.
+// hang; behind the front of a hit a mesh is strained by v sqrt(sigma/K) besides (impact_test), and
+// in REALTIME by 7.1/4.9 of that (presets.md, "What lands").
+// Particles alone leave more than 5 % of most curtains.
 TEST_P(SharpCollider, DoesNotCatchEdges) {
   const uint32_t curtains = GetParam() == "cpu" ? 16 : 4;
   uint32_t caught = 0;
@@ -79,8 +83,15 @@ TEST_P(SharpCollider, DoesNotCatchEdges) {
     SCOPED_TRACE(seed);
     const Scene scene = RandomCurtain(seed, seed % 8 >= 4);
     const auto [largest, p99] = Strains(scene, StepSettings().collider_contact);
-    EXPECT_LE(largest, 0.05);
-    EXPECT_LE(p99, 0.01);
+    constexpr double kSigma_kg_per_m2 = 0.2, kFarthestFromPivot_m = 0.21;
+    const RigidMotion& motion = scene.parameters.collider_motions[0];
+    const double speed = motion.velocity_m_per_s.norm() +
+                         kFarthestFromPivot_m * motion.angular_velocity_rad_per_s.norm();
+    const double hit =
+        7.1 / 4.9 * speed * std::sqrt(kSigma_kg_per_m2 / kMeshStretchStiffness_n_per_m);
+    const double of_mesh = seed % 8 >= 4 ? hit : 0;
+    EXPECT_LE(largest, 0.05 + of_mesh);
+    EXPECT_LE(p99, 0.01 + of_mesh);
     if (GetParam() == "cpu") caught += Strains(scene, ColliderContact::kParticles).first > 0.05;
   }
   if (GetParam() == "cpu") {
