@@ -3,7 +3,6 @@
 
 #include "server/core/clock.h"
 #include "server/session/session_registry.h"
-#include "tests/scheduler/fake_backend.h"
 #include "tests/session/cpu_scheduler.h"
 #include "tests/session/session_fixture.h"
 
@@ -186,15 +185,6 @@ TEST_F(SessionWorlds, StatesOfOtherSettingsAreNotLoaded) {
   change.settings->substeps = 30;
   ASSERT_TRUE(Update(cloths, change).ok());
   EXPECT_EQ(Load("middle").violations().at(0).field, "cloth_ids[0]");
-}
-
-TEST_F(SessionWorlds, BackendsWithoutWorldsSaySo) {
-  const auto device = std::make_shared<FakeDevice>();
-  const auto scheduler = Scheduler::Start(FakeBackendFactory(device), {}, clock_).value();
-  SessionRegistry registry(*scheduler, {}, clock_, "fake");
-  const SessionLease session = registry.Create(std::nullopt, "").value();
-  EXPECT_EQ(TryCreate(*session, Sheet("heap", 0.1)).status().violations().at(0).field, "world");
-  scheduler->Drain(0);
 }
 
 }  // namespace
