@@ -1,4 +1,4 @@
-// Edges and triangles against colliders: collider_contact SURFACE on the backends that have it.
+// Edges and triangles against colliders: collider_contact SURFACE.
 #include <algorithm>
 #include <cmath>
 #include <cstdio>

@@ -29,7 +29,7 @@ inline constexpr size_t kMaxLaneContacts = size_t{1} << 18;  // particles * coll
 // nothing that only StepCloth knows.
 bool FitsLanes(const FloatModel& model, const FloatControls& controls);
 // Steps every cloth once as StepCloth does, but for those that have gained energy
-// (GroupCloth::has_gained_energy) or left their expected flight (must_be_alone). At most
+// (GroupCloth::has_gained_energy) or must be stepped alone (must_be_alone). At most
 // lane_count cloths, all of them fit for lanes pairwise alike (LaneKey); numbers may differ.
 // Thread-safe for different cloths and working memory.
 void StepCloths(std::span<GroupCloth> cloths, GroupScratch& scratch);
