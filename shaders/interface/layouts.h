@@ -81,8 +81,8 @@ struct ScratchLayout {
   uint tangent_betas;  // [collider_count][3][particle_count] float [m/s]; only with friction
   uint rebounds;       // [collider_count][particle_count] float [m/s]; only with restitution
   uint violations;     // [particle_count] float [m]; only with colliders
-  // [particle_count] float: the colliders, as bits, that `solve_contacts` has worked on in this
-  // substep; only with colliders
+  // [particle_count] float: the colliders, as bits, that have pushed the particle in this substep;
+  // only with colliders
   uint met_colliders;
   uint spring_accelerations;  // [particle_count][3] float [m/s^2]; only with springs
   uint elastic_impulses;      // [elastic_count][3] float [N s]

@@ -116,10 +116,10 @@ void LoadCloth() {
     shared_fault = 0u;
     for (int f = 0; f < 3; ++f) sweep_changed[f] = 0u;
   }
+  PhaseBarrier();
 #ifdef KEEPS_LANES
   KeepLanes();
 #endif
-  PhaseBarrier();
 }
 
 #ifdef HAS_COLLIDER_REACH

@@ -49,15 +49,11 @@ uint NextIn(uint set, uint c) {
   return c + uint(findLSB(set >> c | 1u << (DRAPE_LEFT_OUT_COLLIDERS - c)));
 }
 
-// The set of those that `solve_contacts` has worked on in this substep: their betas are in Scratch. Without far
-// colliders nothing is kept: the set is empty in the first sweep and has all of them in later ones.
+// The set of those that have pushed the particle in this substep: their betas are in Scratch.
 uint LoadMetColliders(uint i, bool is_first_sweep) {
-  if (is_first_sweep) return 0u;
-  return far_colliders == 0u ? ~0u : uint(scratch[cloth.scratch.met_colliders + i]);
+  return is_first_sweep ? 0u : uint(scratch[cloth.scratch.met_colliders + i]);
 }
-void StoreMetColliders(uint i, uint met) {
-  if (far_colliders != 0u) scratch[cloth.scratch.met_colliders + i] = float(met);
-}
+void StoreMetColliders(uint i, uint met) { scratch[cloth.scratch.met_colliders + i] = float(met); }
 bool HasMet(uint met, uint c, bool is_first_sweep) {
   return c < DRAPE_LEFT_OUT_COLLIDERS ? (met >> c & 1u) != 0u : !is_first_sweep;
 }

@@ -1,9 +1,6 @@
 // Stage `solve_strips` by cyclic reduction (server/solver/method.md, "solve_strips"): each lane has a particle of a
 // strip and the link from there to the next one, and all links are solved at once. A group of lanes has whole strips,
-// as many as fit. So a phase needs no barrier. Resident plan only.
-#include "lib/strip_reduction.glsl"
-#include "stages/lanes.glsl"
-#include "stages/solve_strips.glsl"
+// as many as fit. So a phase needs no barrier. Resident plan only. Needs strip_lanes.glsl.
 
 // What a lane takes of a phase.
 struct LaneSlotWords {
@@ -30,17 +27,6 @@ LaneOfStrip UnpackLane(uint word) {
   uint link_count = word >> 15;
   uint lanes = ((2u << link_count) - 1u) << (Lane() - k);
   return LaneOfStrip(word & 0x3ffu, k, link_count, lanes);
-}
-
-uint LaneBefore(uint stride) { return Lane() - min(stride, Lane()); }
-uint LaneAfter(uint stride) { return min(Lane() + stride, DRAPE_STRIP_LANES - 1u); }
-
-LinkEnd TakeEndAfter(LinkEnd end) {
-  Offer(vec4(end.position, end.inverse_mass));
-  vec4 of_position = OfferOf(LaneAfter(1u));
-  Offer(vec4(end.velocity, end.quiet_round_off));
-  vec4 of_velocity = OfferOf(LaneAfter(1u));
-  return LinkEnd(of_position.xyz, of_velocity.xyz, of_position.w, of_velocity.w);
 }
 
 // The effects of the impulses of the links before and after on the error of this one [1/kg]: 0 where there is none,
@@ -98,22 +84,11 @@ float ReduceLink(LaneOfStrip mine, StripRow row, bool ends_at_pin) {
   return row.right_side;
 }
 
-// The largest value of the lanes of the strip, if that is not negative.
-float TakeLargest(LaneOfStrip mine, float value) {
-  Offer(vec4(value));
-  float largest = 0.0;
-  for (uint lane = 0u; lane < DRAPE_STRIP_LANES; ++lane) {
-    float other = OfferOf(lane).x;
-    if ((mine.lanes >> lane & 1u) != 0u) largest = max(largest, other);
-  }
-  return largest;
-}
-
 // The share of the impulses of the strip that moves no particle too far; 1 mostly. `rest_length`: of the link before
 // the particle, or of the first one [m].
 float TakeShare(LaneOfStrip mine, vec3 change, float rest_length) {
   if (!HasAnyLane(mine.link_count > 0u && MovesFar(change, rest_length))) return 1.0;
-  return ShareOfMove(TakeLargest(mine, MoveRatioSq(change, rest_length)));
+  return ShareOfMove(TakeLargest(mine.lanes, MoveRatioSq(change, rest_length)));
 }
 
 void SolveLane(LaneSlotWords words, bool is_first_sweep) {
@@ -122,7 +97,7 @@ void SolveLane(LaneSlotWords words, bool is_first_sweep) {
   LinkEnd from = LinkEnd(vec3(0.0), vec3(0.0), 0.0, 0.0);
   if (mine.link_count > 0u) from = LoadEnd(mine.particle);
   LinkEnd to = TakeEndAfter(from);
-  LinearisedLink link = LinearisedLink(words.rest_length, DistanceError(vec3(0.0), 0.0), vec3(0.0), 1.0);
+  LinearisedLink link = NoLink(words.rest_length);
   if (is_link) link = LineariseLink(words.place, words.rest_length, from, to, is_first_sweep);
   vec2 effects = TakeEffects(mine, link, from.inverse_mass, to.inverse_mass);
   StripRow row = FirstRow(link.diagonal, effects.x, effects.y,
@@ -135,8 +110,7 @@ void SolveLane(LaneSlotWords words, bool is_first_sweep) {
   if (mine.k == 0u) before = vec4(vec3(0.0), words.rest_length);
   precise vec3 change = from.inverse_mass * (before.xyz - pull);
   float share = TakeShare(mine, change, before.w);
-  bool is_active = (LanesWith(IsBeyondTolerance(link)) & mine.lanes) != 0u && mine.link_count > 0u;
-  if (!is_active) return;
+  if (!IsActive(mine.lanes, IsBeyondTolerance(link)) || mine.link_count == 0u) return;
   MarkChanged();
   precise float applied = share * impulse;
   if (is_link) AccumulateImpulse(words.place, applied);

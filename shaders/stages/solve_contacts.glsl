@@ -85,9 +85,10 @@ vec3 SolveContactFriction(uint c, uint i, Surface surface, vec3 u, vec3 normal, 
 }
 #endif
 
-// The mean velocity u of the particle after its contact with collider c. `has_betas`: an earlier sweep of this
-// substep has stored them; else they are 0.
-vec3 SolveContact(uint c, uint i, vec3 p, vec3 u, bool has_betas) {
+// The mean velocity u of the particle after its contact with collider c, which is added to `met` if it pushes: only then
+// its betas are stored.
+vec3 SolveContact(uint c, uint i, vec3 p, vec3 u, bool is_first_sweep, inout uint met) {
+  bool has_betas = HasMet(met, c, is_first_sweep);  // else they are 0
   Surface surface = LoadSurface(c);
   float beta_n = has_betas ? scratch[NormalBetaWord(c, i)] : 0.0;
   float gap_floor = ContactFloor(GapAtStart(surface, StartPosition(i, p)).size, cloth.step.max_depenetration);
@@ -101,6 +102,8 @@ vec3 SolveContact(uint c, uint i, vec3 p, vec3 u, bool has_betas) {
     u = AddScaled(u, change, gap.normal);
     beta_n = wanted;
   }
+  if (!has_betas && beta_n == 0.0 && SetOf(c) != 0u) return u;
+  met |= SetOf(c);
   scratch[NormalBetaWord(c, i)] = beta_n;
 #ifdef HAS_FRICTION
   u = SolveContactFriction(c, i, surface, u, gap.normal, beta_n, has_betas);
@@ -137,12 +140,11 @@ void SolveContactsOf(uint i, bool is_first_sweep) {
 #ifdef HAS_IMPULSES
     vec3 before = u;
 #endif
-    u = SolveContact(c, i, p, u, HasMet(met, c, is_first_sweep));
+    u = SolveContact(c, i, p, u, is_first_sweep, met);
 #ifdef HAS_IMPULSES
     Push(c, i, q, before, u);
 #endif
     q = AddScaled(p, substep.interval, u);
-    met |= SetOf(c);
   }
   StoreMetColliders(i, met);
   SetVelocity(i, u);

@@ -14,7 +14,12 @@
 #include "stages/refine.glsl"
 #endif
 #ifdef HAS_STRIP_REDUCTION
+#include "stages/strip_lanes.glsl"
+#ifdef LANE_PAIRS
+#include "stages/reduce_pairs.glsl"
+#else
 #include "stages/reduce_strips.glsl"
+#endif
 #endif
 #ifdef HAS_STRIP_HALVES
 #include "stages/meet_strips.glsl"

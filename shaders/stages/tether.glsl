@@ -19,7 +19,8 @@ uvec2 TethersOf(uint i) { return FindTethers(i); }
 void TetherParticle(uint i) {
   uvec2 tethers = TethersOf(i);
   vec3 p = Position(i);
-  vec3 u = Velocity(i);
+  vec3 predicted = Velocity(i);
+  vec3 u = predicted;
   for (uint t = tethers.x; t < tethers.y; ++t) {
     uint pin = models[cloth.model.tethers + DRAPE_TETHER_WORDS * t];
     float reach = ModelFloat(cloth.model.tethers + DRAPE_TETHER_WORDS * t + 1u);
@@ -36,5 +37,5 @@ void TetherParticle(uint i) {
     if (impulse != vec3(0.0) && InverseMass(i) != 0.0) PullAtTether(t, impulse);
 #endif
   }
-  if (InverseMass(i) != 0.0) SetVelocity(i, u);
+  if (u != predicted && InverseMass(i) != 0.0) SetVelocity(i, u);
 }

@@ -34,7 +34,7 @@ declare -A shards=([gl_compute_test]=4 [parity_test]=4 [physics_test]=3 [stabili
 smoke='StripHalvesTest.*:SharedRecordTest.*:RootsTest.*:*StripParityTest.*/gl:StripReductionTest.*'
 smoke+=':*/BitExactnessTest.*/gl*:GlBackendTest.FreeFallIsExact:GlBackendTest.HangingGrid*:GlBackendTest.LocalSize*'
 # Parts of `drape_bench speed` and their shares of its time [%]; those that matter most on a GPU come first.
-speed_parts=(cost:35 limits:5 local_sizes:30 skips:10 curve:10 service:10)
+speed_parts=(kernels:20 cost:30 limits:5 local_sizes:25 skips:5 curve:10 service:5)
 files=(shaders client/examples tests/bench/scenes)
 preloads=(liblost_device.so)  # that suites put before the driver
 max_pack_mib=50  # of DIR.tar.gz

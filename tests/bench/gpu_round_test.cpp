@@ -92,12 +92,13 @@ TEST_F(GpuRoundTest, SpeedIsMeasuredPartByPart) {
   const Ending ending = Run("--speed-s=50");
   ASSERT_EQ(ending.exit_status, 0) << ending.text;
   std::string last = "device ";
-  for (const auto& [part, budget_s] : {std::pair{"cost", "18"},
+  for (const auto& [part, budget_s] : {std::pair{"kernels", "10"},
+                                       {"cost", "15"},
                                        {"limits", "3"},
-                                       {"local_sizes", "15"},
-                                       {"skips", "5"},
+                                       {"local_sizes", "13"},
+                                       {"skips", "3"},
                                        {"curve", "5"},
-                                       {"service", "5"}}) {
+                                       {"service", "3"}}) {
     const std::string call = std::string("speed --parts=") + part + " ";
     EXPECT_THAT(ReadText(calls), ContainsRegex(last + ".*\n" + call));
     EXPECT_THAT(ReadText(calls), ContainsRegex(call + ".*--budget-s=" + budget_s + " "));

@@ -134,6 +134,15 @@ void AddSpeed(CLI::App& app, CommandLine& line) {
   speed->add_option(
       "--method", options.curve.methods,
       "another setting of the curve, \"NAME: substeps=16 sweep=COLOURS\"; may be repeated");
+  KernelTimesOptions& kernels = options.kernels;
+  speed
+      ->add_option("--shader-dirs", kernels.shader_dirs,
+                   "kernels: folders of shaders that replace built-in ones, in turn with built_in")
+      ->delimiter(',');
+  speed->add_option("--cloths", kernels.cloths, "kernels: only these")->delimiter(',');
+  speed->add_option("--counts", kernels.counts, "kernels: numbers of cloths")
+      ->delimiter(',')
+      ->check(CLI::PositiveNumber);
 }
 
 void AddContact(CLI::App& app, CommandLine& line) {

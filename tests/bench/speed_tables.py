@@ -4,6 +4,7 @@ import peers
 import speed_cost
 import speed_curve
 import speed_fabrics
+import speed_kernels
 import speed_local_sizes
 import speed_nvcloth
 import speed_service
@@ -15,8 +16,8 @@ COLUMNS = {"speed_limits": speed_solves.COLUMNS, "speed_cost": speed_cost.COLUMN
            "speed_curve": speed_curve.COLUMNS, "speed_service": speed_service.COLUMNS, "speed_skips": speed_skips.COLUMNS,
            "speed_unlike": speed_unlike.COLUMNS, "speed_fabrics": speed_fabrics.COLUMNS,
            "speed_nvcloth": speed_nvcloth.COLUMNS, "speed_peers": peers.COLUMNS,
-           "speed_local_sizes": speed_local_sizes.COLUMNS, "speed_packing": speed_local_sizes.PACKING_COLUMNS}
-TEXT_COLUMNS = {"along", "program", "family", "method", "settings", "status", "preset", "backend", "path", "device", "limit", "unit", "view", "call", "skip", "build", "difference", "cloth"} | speed_local_sizes.TEXT_COLUMNS
+           "speed_kernels": speed_kernels.COLUMNS, "speed_local_sizes": speed_local_sizes.COLUMNS, "speed_packing": speed_local_sizes.PACKING_COLUMNS}
+TEXT_COLUMNS = {"along", "program", "family", "method", "settings", "status", "preset", "backend", "path", "device", "limit", "unit", "view", "call", "skip", "build", "difference", "cloth"} | speed_local_sizes.TEXT_COLUMNS | speed_kernels.TEXT_COLUMNS
 
 
 def speed_text(tables, cpu_backend, gl_device):
@@ -41,6 +42,8 @@ def speed_text(tables, cpu_backend, gl_device):
         text += speed_curve.peers_text(tables["speed_peers"])
     if tables["speed_service"]:
         text += speed_service.service_text(tables["speed_service"])
+    if tables["speed_kernels"]:
+        text += speed_kernels.kernels_text(tables["speed_kernels"], gl_device)
     if tables["speed_local_sizes"]:
         text += speed_local_sizes.local_sizes_text(tables["speed_local_sizes"], gl_device)
     if tables["speed_packing"]:

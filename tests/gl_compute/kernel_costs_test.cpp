@@ -113,7 +113,7 @@ TEST(KernelCostsTest, SweepByReduction) {
   const auto sweep = [&](uint32_t local_size, StripSolve strip_solve) {
     return CountLoops(*model, test::PlainParameters(), local_size, strip_solve).sweep;
   };
-  constexpr uint64_t kRound = 1 + (5 + 2) + (4 + 2) + (32 + 2);
+  constexpr uint64_t kRound = 1 + (5 + 2) + 3 * (4 + 2) + (32 + 2);
   const uint64_t elimination = 1 + (2 + 2) + 2 * (1 + (7 + 2) + 2 * (1 + 7 + 2) + 2 + 2);
   EXPECT_EQ(sweep(32, StripSolve::kElimination), elimination);
   for (const auto how : {StripSolve::kReduction, StripSolve::kReductionWithBarriers}) {

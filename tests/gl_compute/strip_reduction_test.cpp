@@ -56,7 +56,7 @@ TEST(StripReductionLong, LocalSizeAndPartsDoNotChangeBits) {
   }
 }
 
-// Strips of 33 particles and cloths of the tiled plan are solved from both ends.
+// Strips of 33 particles, with pairs 65, and cloths of the tiled plan are solved from both ends.
 TEST(StripReductionTest, LongStripsAreSolvedFromBothEnds) {
   const std::unique_ptr<Backend> reduction =
       MakeGlBackend({.strip_solve = StripSolve::kReductionWithBarriers});
@@ -64,6 +64,8 @@ TEST(StripReductionTest, LongStripsAreSolvedFromBothEnds) {
       MakeGlBackend({.strip_solve = StripSolve::kFromBothEnds});
   EXPECT_NE(ThrownSheet(*reduction, 15, 8), ThrownSheet(*both_ends, 15, 8)) << "15 particles";
   EXPECT_EQ(ThrownSheet(*reduction, 33, 7), ThrownSheet(*both_ends, 33, 7)) << "33 particles";
+  EXPECT_NE(ThrownSheet(*reduction, 64, 9), ThrownSheet(*both_ends, 64, 9)) << "64 particles";
+  EXPECT_EQ(ThrownSheet(*reduction, 65, 8), ThrownSheet(*both_ends, 65, 8)) << "65 particles";
   EXPECT_EQ(ThrownSheet(*reduction, 33, 33), ThrownSheet(*both_ends, 33, 33)) << "tiled";
 }
 
@@ -77,7 +79,7 @@ TEST(StripReductionTest, ShufflesGiveTheBitsOfBarriers) {
   const std::unique_ptr<Backend> shuffles = MakeGlBackend({.strip_solve = StripSolve::kReduction});
   const std::unique_ptr<Backend> expected = MakeGlBackend(
       {.strip_solve = has_lanes ? StripSolve::kReductionWithBarriers : StripSolve::kFromBothEnds});
-  for (const uint32_t rows : {1u, 7u}) {
+  for (const uint32_t rows : {1u, 7u, 18u}) {
     for (const Direction direction : {Direction::kAtEnd, Direction::kAtStart}) {
       EXPECT_EQ(ThrownSheet(*shuffles, 30, rows, direction),
                 ThrownSheet(*expected, 30, rows, direction));

@@ -179,8 +179,8 @@ void PackStripRows(const SceneModel& model, bool is_resident, PackedModel& packe
   packed.layout.strip_rows = append(packed.rows.rows);
   packed.layout.strip_phase_blocks = append(packed.rows.phase_blocks);
   packed.layout.strip_blocks = append(packed.rows.block_strips);
-  if (!is_resident || !FitsInLanes(strips)) return;
-  const StripLanes lanes = FindStripLanes(strips);
+  if (!is_resident || !FitsInLanes(model)) return;
+  const StripLanes lanes = FindStripLanes(model);
   packed.layout.strip_phase_lanes = append(lanes.phase_lanes);
   packed.layout.strip_lanes = append(lanes.words);
 }

@@ -108,25 +108,27 @@ uint64_t BothEndsPasses(const StripSet& strips) {
   return strips.phase_count() * (kMostLevels + 4 * pins + 3 * longest + 1) + kLoopEnd;
 }
 
-// One sweep over the strips by reduction: each round has a loop over the levels, one over groups of
-// lanes that share memory, and one over the lanes where a particle moves too far.
-uint64_t ReductionPasses(const StripSet& strips, uint32_t lane_count) {
-  constexpr uint64_t kGroups = DRAPE_SHARED_LANES / DRAPE_STRIP_LANES;
+constexpr uint64_t kLaneGroups = DRAPE_SHARED_LANES / DRAPE_STRIP_LANES;
+
+// One sweep over the strips by reduction: each round has a loop over the levels, three over groups
+// of lanes that share memory, and one over the lanes where a particle moves too far.
+uint64_t ReductionPasses(const SceneModel& model, uint32_t lane_count) {
   constexpr uint64_t kRound =
-      1 + DRAPE_STRIP_LANE_LEVELS + kGroups + DRAPE_STRIP_LANES + 3 * kLoopEnd;
-  uint64_t passes = strips.phase_count() + kLoopEnd;
-  for (const uint32_t lanes : CountStripLanes(strips)) {
+      1 + DRAPE_STRIP_LANE_LEVELS + 3 * kLaneGroups + DRAPE_STRIP_LANES + 5 * kLoopEnd;
+  uint64_t passes = model.strips().phase_count() + kLoopEnd;
+  for (const uint32_t lanes : CountStripLanes(model)) {
     passes += RoundsFor(lanes, lane_count) * kRound + kLoopEnd;
   }
   return passes;
 }
 
 // A kernel made for reduction eliminates if its invocations turn out to fill no subgroups.
-uint64_t StripPasses(const StripSet& strips, uint32_t local_size, StripSolve strip_solve) {
+uint64_t StripPasses(const SceneModel& model, uint32_t local_size, StripSolve strip_solve) {
+  const StripSet& strips = model.strips();
   const uint64_t elimination = EliminationPasses(strips, local_size);
   if (strip_solve == StripSolve::kElimination) return elimination;
   if (strip_solve == StripSolve::kFromBothEnds) return BothEndsPasses(strips);
-  return std::max(elimination, ReductionPasses(strips, LaneCount(strip_solve, local_size)));
+  return std::max(elimination, ReductionPasses(model, LaneCount(strip_solve, local_size)));
 }
 
 // A line of elastic elements: forwards and back.
@@ -203,7 +205,9 @@ class StageCosts {
       case StepStage::kTether:
         return {.substep = particles_ + rounds_ * (kMaxTethersPerParticle + kLoopEnd)};
       case StepStage::kSolveStrips:
-        return {.sweep = StripPasses(model_.strips(), local_size_, strip_solve_)};
+        // Before the first substep lanes look for pins, in two phases at most.
+        return {.sweep = StripPasses(model_, local_size_, strip_solve_),
+                .fixed = IsReduction(strip_solve_) ? 2 * (kLaneGroups + kLoopEnd) : 0};
       case StepStage::kRefine:
         return {.fixed = RefinePasses(model_, cloth_.plan.solver.refine_rounds, local_size_)};
       case StepStage::kSolveDistance:

@@ -75,7 +75,7 @@ StripSolve ChooseStripSolve(const SceneModel& model, uint32_t capacity,
   const StripSet& strips = model.strips();
   if (device.strip_solve == StripSolve::kElimination) return device.strip_solve;
   if (capacity == 0) return StripSolve::kFromBothEnds;
-  if (IsReduction(device.strip_solve) && FitsInLanes(strips)) return device.strip_solve;
+  if (IsReduction(device.strip_solve) && FitsInLanes(model)) return device.strip_solve;
   return FitsInRows(strips, capacity) ? StripSolve::kFromBothEnds : StripSolve::kElimination;
 }
 
@@ -83,7 +83,7 @@ StripSolve ChooseStripSolve(const SceneModel& model, uint32_t capacity,
 bool KeepsLanes(const SceneModel& model, const KernelVariant& variant) {
   if (!IsReduction(variant.strip_solve) || model.strips().phase_count() > 2) return false;
   const uint32_t lane_count = LaneCount(variant.strip_solve, variant.local_size);
-  return std::ranges::all_of(CountStripLanes(model.strips()),
+  return std::ranges::all_of(CountStripLanes(model),
                              [&](uint32_t lanes) { return lanes <= lane_count; });
 }
 
@@ -183,6 +183,7 @@ std::string KernelVariant::Defines() const {
          << "#define HAS_SUBGROUPS\n";
   }
   if (IsReduction(strip_solve)) text << "#define HAS_STRIP_REDUCTION\n";
+  if (has_lane_pairs) text << "#define LANE_PAIRS\n";
   if (keeps_lanes) text << "#define KEEPS_LANES\n";
   if (strip_solve == StripSolve::kFromBothEnds) {
     text << "#define HAS_STRIP_HALVES\n"
@@ -226,6 +227,7 @@ Result<VariantChoice> ChooseVariant(const PlannedCloth& cloth, const DeviceTrait
   }
   variant.shares_record = device.shares_record && !variant.is_tiled();
   if (IsReduction(variant.strip_solve)) {
+    variant.has_lane_pairs = HasLanePairs(cloth.model);
     variant.local_size = std::max(variant.local_size, DRAPE_STRIP_LANES);
   }
   // An invocation has one link of a phase.

@@ -1,11 +1,19 @@
 #include "server/solver/gl_compute/strip_lanes.h"
 
+#include <algorithm>
+#include <span>
+
 #include "server/solver/gl_compute/kernel_costs.h"
 #include "shaders/interface/bindings.h"
 
 namespace drape {
 
 namespace {
+
+// On an H200 pairs are faster for cloths of so many particles, whose work group has a
+// multiprocessor to itself. Small cloths share one, and the larger kernel leaves room for fewer of
+// them (tests/bench/notes/gl.md).
+constexpr uint32_t kMostParticlesOfSingles = 512;
 
 uint32_t LinksOf(const StripSet& strips, uint32_t strip) {
   return strips.strip_offsets[strip + 1] - strips.strip_offsets[strip];
@@ -14,48 +22,71 @@ uint32_t LinksOf(const StripSet& strips, uint32_t strip) {
 // Calls take(strip, first lane in the phase) for the strips of a phase in turn; the lanes of the
 // phase. A strip begins the next group of lanes where it does not fit into the rest of this one.
 template <typename Take>
-uint32_t ForEachStrip(const StripSet& strips, uint32_t phase, Take take) {
+uint32_t ForEachStrip(const SceneModel& model, uint32_t phase, Take take) {
+  const StripSet& strips = model.strips();
+  const uint32_t particles_per_lane = HasLanePairs(model) ? 2 : 1;
   uint32_t lane = 0;
   for (uint32_t s = strips.phase_offsets[phase]; s < strips.phase_offsets[phase + 1]; ++s) {
-    const uint32_t particles = LinksOf(strips, s) + 1;
+    const uint32_t lanes = LinksOf(strips, s) / particles_per_lane + 1;
     const uint32_t left = DRAPE_STRIP_LANES - lane % DRAPE_STRIP_LANES;
-    if (particles > left) lane += left;
+    if (lanes > left) lane += left;
     take(s, lane);
-    lane += particles;
+    lane += lanes;
   }
   return (lane + DRAPE_STRIP_LANES - 1) / DRAPE_STRIP_LANES * DRAPE_STRIP_LANES;
 }
 
-}  // namespace
-
-bool FitsInLanes(const StripSet& strips) {
-  return LongestStrip(strips) < DRAPE_STRIP_LANES;
+// `place`: of the first link in the lists of links.
+void AppendSingles(std::span<const uint32_t> particles, uint32_t links, uint32_t place,
+                   std::vector<uint32_t>& words) {
+  for (uint32_t k = 0; k <= links; ++k) {
+    words.push_back(particles[k] | k << 10 | links << 15);
+    words.push_back(place + std::min(k, links - 1));
+  }
 }
 
-StripLanes FindStripLanes(const StripSet& strips) {
+void AppendPairs(std::span<const uint32_t> particles, uint32_t links, uint32_t place,
+                 std::vector<uint32_t>& words) {
+  for (uint32_t k = 0; k <= links; k += 2) {
+    const uint32_t second = std::min(k + 1, links);
+    words.push_back(particles[k] | particles[second] << 10 | k / 2 << 20 | links << 25);
+    words.push_back(place + std::min(k, links - 1));
+  }
+}
+
+}  // namespace
+
+bool HasLanePairs(const SceneModel& model) {
+  return model.particle_count() > kMostParticlesOfSingles;
+}
+
+bool FitsInLanes(const SceneModel& model) {
+  return LongestStrip(model.strips()) < (HasLanePairs(model) ? 2 : 1) * DRAPE_STRIP_LANES;
+}
+
+StripLanes FindStripLanes(const SceneModel& model) {
+  const StripSet& strips = model.strips();
   StripLanes lanes;
   lanes.phase_lanes.push_back(0);
   for (uint32_t phase = 0; phase < strips.phase_count(); ++phase) {
     const uint32_t first = lanes.phase_lanes.back();
     const auto take = [&](uint32_t strip, uint32_t lane) {
-      const uint32_t links = LinksOf(strips, strip), place = strips.strip_offsets[strip];
+      const auto place = static_cast<uint32_t>(strips.strip_offsets[strip]);
+      const auto particles = std::span<const uint32_t>(strips.particles).subspan(place + strip);
       lanes.words.resize(DRAPE_STRIP_LANE_WORDS * (first + lane), 0);
-      for (uint32_t k = 0; k <= links; ++k) {
-        const uint32_t particle = strips.particles[place + strip + k];
-        lanes.words.push_back(particle | k << 10 | links << 15);
-        lanes.words.push_back(place + (k < links ? k : links - 1));
-      }
+      const auto append = HasLanePairs(model) ? AppendPairs : AppendSingles;
+      append(particles, LinksOf(strips, strip), place, lanes.words);
     };
-    lanes.phase_lanes.push_back(first + ForEachStrip(strips, phase, take));
+    lanes.phase_lanes.push_back(first + ForEachStrip(model, phase, take));
     lanes.words.resize(DRAPE_STRIP_LANE_WORDS * lanes.phase_lanes.back(), 0);
   }
   return lanes;
 }
 
-std::vector<uint32_t> CountStripLanes(const StripSet& strips) {
+std::vector<uint32_t> CountStripLanes(const SceneModel& model) {
   std::vector<uint32_t> counts;
-  for (uint32_t phase = 0; phase < strips.phase_count(); ++phase) {
-    counts.push_back(ForEachStrip(strips, phase, [](uint32_t, uint32_t) {}));
+  for (uint32_t phase = 0; phase < model.strips().phase_count(); ++phase) {
+    counts.push_back(ForEachStrip(model, phase, [](uint32_t, uint32_t) {}));
   }
   return counts;
 }

@@ -58,8 +58,9 @@ class Rounds(unittest.TestCase):
         self.assertEqual(rounds.rounds_of("X", "for (uint s = 1u; s < 32u; s *= 2u) {", self.SIZES).each, 5)
         self.assertEqual(rounds.rounds_of("X", "for (int k = 0; k < 3; ++k) {", self.SIZES).each, 3)
         head = "for (uint first = models[cloth.model.strip_phase_lanes + phase]; first < end; first += LaneCount()) {"
-        sizes = dict(self.SIZES, strips_per_phase=32, links_per_strip=7, local_size=64)  # 4 strips in 32 lanes
-        self.assertEqual(rounds.rounds_of("ReduceStrips", head, sizes).each, 4)
+        sizes = dict(self.SIZES, lanes_per_phase=128, local_size=64)
+        self.assertEqual(rounds.rounds_of("ReduceStrips", head, sizes).each, 2)
+        self.assertEqual(rounds.warps_of(["SolveLane"], dict(sizes, local_size=1024)), 4)
 
     def test_an_unknown_loop_is_named(self):
         with self.assertRaisesRegex(SystemExit, "for \\(;;\\).*in Strange"):

@@ -9,64 +9,17 @@
 #include <vector>
 
 #include "server/core/check.h"
-#include "server/scene/colliders.h"
 #include "server/solver/gl_compute/kernel_variant.h"
 #include "server/solver/gl_compute/kernels.h"
-#include "server/solver/load.h"
+#include "server/solver/gl_compute/strip_lanes.h"
 #include "shaders/interface/bindings.h"
-#include "tests/bench/bench_scenes.h"
+#include "tests/bench/kernels/named_cloths.h"
 
 namespace drape::bench {
 
 namespace {
 
 using nlohmann::json;
-
-constexpr uint32_t kSide = 32;
-constexpr uint32_t kLargeSide = 256;
-
-struct NamedCloth {
-  std::string name;
-  test::Scene scene;
-  StripSolve strip_solve = StripSolve::kReduction;  // as on hardware
-  bool tells_impulses = false;
-};
-
-test::Scene Realtime(test::Scene scene) {
-  scene.parameters.settings = SettingsOf("REALTIME");
-  scene.parameters.damping_per_s = 0.2;
-  scene.parameters = RaiseSubsteps(*scene.model, scene.parameters);
-  return scene;
-}
-
-test::Scene TwoCorners(uint32_t side, const StructuralMaterial& material = {}) {
-  return Realtime(test::Grid(side, side, 1, 1, {0, side - 1}, material));
-}
-
-test::Scene Windy() {
-  test::Scene scene = TwoCorners(kSide);
-  scene.parameters.air_drag = scene.parameters.air_lift = 1;
-  return scene;
-}
-
-// The cloths whose kernels are counted: those of the benchmarks, and one per feature.
-std::vector<NamedCloth> NamedCloths() {
-  const StructuralMaterial fabric{.bending_rigidity_n_m = 1e-5, .shear_modulus_n_per_m = 20};
-  return {{"two_corners", TwoCorners(kSide)},
-          {"two_corners_elimination", TwoCorners(kSide), StripSolve::kElimination},
-          {"two_corners_both_ends", TwoCorners(kSide), StripSolve::kFromBothEnds},
-          {"contacts", Realtime(test::FallingOnSphere(kSide))},
-          {"bending_shear", TwoCorners(kSide, fabric)},
-          {"wind", Windy()},
-          {"small", TwoCorners(8)},
-          {"mesh", Realtime(test::MeshedGrid(kSide, kSide, 1, 1, {0, kSide - 1}))},
-          {"tiled", TwoCorners(kLargeSide)},
-          {"tiled_contacts", Realtime(Figure4(kLargeSide, SettingsOf("REALTIME")))},
-          {.name = "impulses", .scene = TwoCorners(kSide), .tells_impulses = true},
-          {.name = "contacts_impulses",
-           .scene = Realtime(test::FallingOnSphere(kSide)),
-           .tells_impulses = true}};
-}
 
 // Of a GPU as the server sees it.
 DeviceTraits HardwareTraits(StripSolve strip_solve) {
@@ -90,6 +43,13 @@ uint32_t MostTethers(const SceneModel& model) {
   return most;
 }
 
+// Of a phase of strips; 0 where they are not solved by lanes.
+uint32_t MostLanes(const SceneModel& model) {
+  if (model.particle_count() > kMaxResidentParticles || !FitsInLanes(model)) return 0;
+  const std::vector<uint32_t> lanes = CountStripLanes(model);
+  return lanes.empty() ? 0 : *std::ranges::max_element(lanes);
+}
+
 // Numbers that bound the kernels' loops, under the names that the shaders use.
 json SizesOf(const PlannedCloth& cloth) {
   const SceneModel& model = cloth.model;
@@ -105,6 +65,7 @@ json SizesOf(const PlannedCloth& cloth) {
           {"strip_phase_count", strips.phase_count()},
           {"strips_per_phase", (strips.strip_count() + phases - 1) / phases},
           {"links_per_strip", LongestStrip(strips)},
+          {"lanes_per_phase", MostLanes(model)},
           {"tethers_per_particle", MostTethers(model)},
           {"elastic_count", model.elastic_count()},
           {"elastic_family_count", model.elastic_lines().families.size()},
@@ -148,6 +109,7 @@ void DumpKernels(const KernelsOptions& options) {
   json programs = json::array();
   std::set<std::string> texts;
   for (const NamedCloth& named : NamedCloths()) {
+    if (!named.is_counted) continue;
     const PlannedCloth cloth = PlanOnDevice(*named.scene.model, named.scene.parameters);
     Result<VariantChoice> choice = ChooseVariant(cloth, HardwareTraits(named.strip_solve));
     DRAPE_CHECK(choice.ok(), choice.status().ToString());

@@ -16,8 +16,7 @@ ROUNDS = {
     ("RunSubsteps", "progress"): "1",  # what is counted is one substep
     ("Solve", "outcome"): "max_iterations",
     ("SolveStrips", "phase"): "strip_phase_count",
-    # By lanes: as many particles as there are invocations, or more, in whole groups of lanes.
-    ("ReduceStrips", "first"): "ceil(ceil(strips_per_phase / (32 // (links_per_strip + 1))) * 32 / local_size)",
+    ("ReduceStrips", "first"): "ceil(lanes_per_phase / local_size)",
     ("TakeLargest", "lane"): "32",
     ("EliminateStrip", "k"): "links_per_strip",
     ("ApplyImpulses", "k"): "links_per_strip",
@@ -73,6 +72,8 @@ def warps_of(chain, sizes):
     warps = math.ceil(sizes["local_size"] / 32)
     if RARE.intersection(chain):
         return 0
+    if "SolveLane" in chain:
+        return min(warps, math.ceil(sizes["lanes_per_phase"] / 32))
     if "MeetStrips" not in chain or not OF_HALVES.intersection(chain):
         return warps
     return min(warps, math.ceil(2 * sizes["strips_per_phase"] * 2 ** sizes["strip_levels"] / 32))

@@ -17,6 +17,7 @@ void MeasureSpeed(Bench& bench, const SpeedOptions& options) {
   if (is_wanted("service")) MeasureService(bench, options.service);
   if (is_wanted("curve")) MeasureCurve(bench, options.curve);
   if (is_wanted("local_sizes")) MeasureLocalSizes(bench, options.local_sizes);
+  if (is_wanted("kernels")) MeasureKernelTimes(bench, options.kernels);
 }
 
 }  // namespace drape::bench

@@ -122,12 +122,27 @@ struct LocalSizesOptions {
 };
 void MeasureLocalSizes(Bench& bench, LocalSizesOptions options);
 
+// The cloths whose kernels are counted, on the backend gl -> speed_kernels.csv.
+struct KernelTimesOptions {
+  static constexpr const char* kBuiltIn = "built_in";
+  // That take turns: kBuiltIn or folders whose files replace the built-in shaders.
+  std::vector<std::string> shader_dirs = {kBuiltIn};
+  std::vector<std::string> cloths;  // only these; empty: all
+  std::vector<uint32_t> counts;     // of cloths at once; empty: by the device
+  std::vector<uint32_t> software_counts = {1, 4}, hardware_counts = {1, 1024};
+  uint32_t most_particles_of_many = 1024;  // larger ones are measured alone
+  uint32_t rounds = 7;                     // after one that does not count
+  double turn_s = 0.03;                    // of each in a round, at least one step
+};
+void MeasureKernelTimes(Bench& bench, KernelTimesOptions options);
+
 // In the order in which they are measured.
-inline constexpr std::array kSpeedParts = {"limits", "cost",    "flatness", "unlike",     "fabrics",
-                                           "skips",  "service", "curve",    "local_sizes"};
+inline constexpr std::array kSpeedParts = {"limits",      "cost",   "flatness", "unlike",
+                                           "fabrics",     "skips",  "service",  "curve",
+                                           "local_sizes", "kernels"};
 
 struct SpeedOptions {
-  // Some of kSpeedParts; local_sizes only on request.
+  // Some of kSpeedParts; local_sizes and kernels only on request.
   std::vector<std::string> parts = {"limits",  "cost",  "flatness", "unlike",
                                     "fabrics", "skips", "service",  "curve"};
   LimitsOptions limits;
@@ -139,6 +154,7 @@ struct SpeedOptions {
   ServiceOptions service;
   SkipsOptions skips;
   LocalSizesOptions local_sizes;
+  KernelTimesOptions kernels;
 };
 void MeasureSpeed(Bench& bench, const SpeedOptions& options);
 
