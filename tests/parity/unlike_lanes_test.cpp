@@ -184,14 +184,15 @@ Pins RandomPins(uint32_t particle_count, uint32_t index) {
 void ExpectSameInLanes(const std::vector<Scene>& scenes, const std::vector<size_t>& sizes) {
   const auto single = CreateCpuBackend({.thread_count = 1}, {.use_lanes = false});
   const std::vector<LaneOutcome> alone = StepTogether(*single, scenes);
-  EXPECT_NE(alone[3].report.fault, FaultReason::kNone) << "one neighbour must blow up";
+  EXPECT_NE(alone[3].report().fault, FaultReason::kNone) << "one neighbour must blow up";
   for (const int64_t set : InstructionSets()) {
     const OnlyInstructionSet only(set);
     for (const size_t size : sizes) {
       const size_t begin = scenes.size() - size;
       const auto lanes = CreateCpuBackend({.thread_count = 1}, {.use_lanes = true});
       const std::vector<LaneOutcome> together =
-          StepTogether(*lanes, {scenes.begin() + static_cast<std::ptrdiff_t>(begin), scenes.end()});
+          StepTogether(*lanes, {scenes.begin() + static_cast<std::ptrdiff_t>(begin), scenes.end()},
+                       begin);
       for (size_t k = 0; k < size; ++k) {
         ExpectSame(together[k], alone[begin + k],
                    "cloth " + std::to_string(begin + k) + " in " + std::to_string(size) + " with " +
@@ -296,7 +297,7 @@ TEST_P(MovingLanesTest, SameInGroupsAsAlone) {
   }
   ExpectSameInLanes(scenes, {7, 49});
   const auto single = CreateCpuBackend({.thread_count = 1}, {.use_lanes = false});
-  EXPECT_GT(StepTogether(*single, {scenes[0]})[0].report.measured.contacts, 0u);
+  EXPECT_GT(StepTogether(*single, {scenes[0]})[0].report().measured.contacts, 0u);
 }
 
 // Both at once: a group whose cloths hold different particles and meet moving colliders.

@@ -155,18 +155,16 @@ class TetherPull {
   HWY_INLINE void operator()(uint32_t i, const VectorsCloths& p, VectorsCloths& u) const {
     for (uint32_t t = offsets_[i]; t < offsets_[i + 1]; ++t) {
       if constexpr (kHasOwnPins) {
-        PullToOwnPin(t, p, u);
+        PullToOwnPin(i, t, p, u);
       } else {
-        const VectorsCloths before = u;
-        const bool is_taut =
-            Pull(context_.particles[tethers_[t].pin], SplatCloths(tethers_[t].length), p, u);
-        if (is_taut && context_.given != nullptr) PullPin(i, t, before - u);
+        Pull(i, t, context_.particles[tethers_[t].pin], SplatCloths(tethers_[t].length), p, u);
       }
     }
   }
 
  private:
-  HWY_INLINE void PullToOwnPin(uint32_t t, const VectorsCloths& p, VectorsCloths& u) const {
+  HWY_INLINE void PullToOwnPin(uint32_t i, uint32_t t, const VectorsCloths& p,
+                               VectorsCloths& u) const {
     const ClothParticle* const pins = context_.own_pins.pins;
     const OwnTether& tether = own_tethers_[t];
     ClothParticle pin = pins[tether.pin];
@@ -176,11 +174,22 @@ class TetherPull {
       Assign(pin.p, Select(cloths, pins[end.pin].p, pin.p));
       Assign(pin.u, Select(cloths, pins[end.pin].u, pin.u));
     }
-    Pull(pin, context_.own_pins.tether_lengths[t], p, u);
+    Pull(i, t, pin, context_.own_pins.tether_lengths[t], p, u);
   }
 
-  HWY_NOINLINE void PullPin(uint32_t i, uint32_t t, const VectorsCloths& change) const {
-    context_.given->PullAtTether(t, SplatCloths(context_.model.free_masses[i]) * change);
+  // In the cloths in which the particle is free.
+  HWY_NOINLINE void PullPin(uint32_t i, uint32_t t, VectorsCloths change) const {
+    if (context_.IsHeldBySome(i)) {
+      change = Select(context_.FreeCloths(i), change, GroupImpulses::None());
+    }
+    context_.given->PullAtTether(t, context_.given->Mass(i) * change);
+  }
+
+  HWY_INLINE void Pull(uint32_t i, uint32_t t, const ClothParticle& pin, VecCloths reach,
+                       const VectorsCloths& p, VectorsCloths& u) const {
+    const VectorsCloths before = u;
+    const bool is_taut = Pull(pin, reach, p, u);
+    if (is_taut && context_.given != nullptr) PullPin(i, t, before - u);
   }
 
   // Whether it pulls in any cloth.

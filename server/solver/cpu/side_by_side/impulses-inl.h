@@ -1,6 +1,6 @@
 // What a step of a group of cloths gives to what they hold and to colliders: what ImpulseSums are
-// for one cloth. All cloths hold the same particles, those of one model. Compiled once per
-// instruction set.
+// for one cloth. Sums of particles that some of the cloths hold have numbers of all; Total takes
+// those of the cloths that hold them. Compiled once per instruction set.
 #if defined(DRAPE_CPU_SIDE_BY_SIDE_IMPULSES_INL_H_) == defined(HWY_TARGET_TOGGLE)
 #ifdef DRAPE_CPU_SIDE_BY_SIDE_IMPULSES_INL_H_
 #undef DRAPE_CPU_SIDE_BY_SIDE_IMPULSES_INL_H_
@@ -13,6 +13,7 @@
 
 #include "server/solver/cpu/formulas/constraint_math-inl.h"
 #include "server/solver/cpu/side_by_side/group.h"
+#include "server/solver/cpu/side_by_side/pin_lists.h"
 #include "server/solver/cpu/simd/vec_cloths-inl.h"
 #include "server/solver/cpu/step/impulse_total.h"
 
@@ -27,18 +28,22 @@ HWY_INLINE Vec4 VectorOfLane(const VectorsCloths& vectors, size_t lane) {
 
 class GroupImpulses {
  public:
-  // Of the colliders in reach.
-  GroupImpulses(const FloatModel& model, GroupScratch& scratch)
+  // Of the colliders in reach. `lists`: of what the cloths hold, if they do not hold the same, else
+  // null.
+  GroupImpulses(const FloatModel& model, const PinLists* lists, GroupScratch& scratch)
       : model_(model),
+        lists_(lists),
         near_(scratch.reaches[0].near),
         pivots_(scratch.impulse_pivots.Reserve<VectorsCloths>(near_.size())),
         right_sides_(scratch.right_sides.Reserve<VectorsPair>(model.longest_elastic_line)),
-        hinges_(scratch.held_hinges.Reserve<VectorsCloths>(model.pins.size())) {
+        hinges_(scratch.held_hinges.Reserve<VectorsCloths>(held().size())) {
     const size_t places = model.groups.size() * kVec4Size;
-    const size_t counts[] = {
-        model.particle_count + size_t{1}, 2 * model.pair_links.size(),
-        2 * model.strip_pairs.size(),     2 * places,
-        model.single_tethers.size(),      2 * model.particle_count * near_.size()};
+    const size_t counts[] = {model.particle_count + size_t{1},
+                             2 * model.pair_links.size(),
+                             2 * model.strip_pairs.size(),
+                             2 * places,
+                             tether_count(),
+                             2 * model.particle_count * near_.size()};
     size_t count = 0;
     for (const size_t of_kind : counts) count += of_kind;
     VectorsCloths* next = scratch.impulse_sums.Reserve<VectorsCloths>(count);
@@ -71,6 +76,20 @@ class GroupImpulses {
     }
   }
 
+  // The particles that some cloth holds, ascending.
+  std::span<const uint32_t> held() const {
+    return lists_ != nullptr ? lists_->held_particles : model_.pins;
+  }
+  // Whether particle i is one of them.
+  HWY_INLINE bool IsHeld(uint32_t i) const {
+    if (i >= model_.particle_count) return false;
+    return lists_ != nullptr ? lists_->held_by[i] != 0 : !model_.IsFree(i);
+  }
+  // Of particle i where it is free [kg].
+  VecCloths Mass(uint32_t i) const {
+    return SplatCloths(static_cast<float>(model_.source->masses_kg()[i]));
+  }
+
   void Pull(uint32_t particle, const VectorsCloths& impulse) const {
     Increase(particles_[particle], weight_ * impulse);
   }
@@ -97,7 +116,7 @@ class GroupImpulses {
                     const VectorsCloths& place_m) const {
     Add(particle, k, memory_weight_ * impulse, place_m);
   }
-  // Of each pin, by hinges; of the longest line of elastic elements.
+  // Of each of held(), by hinges; of the longest line of elastic elements.
   VectorsCloths* hinges() const { return hinges_; }
   VectorsPair* right_sides() const { return right_sides_; }
 
@@ -105,14 +124,14 @@ class GroupImpulses {
   StepImpulses Total(size_t lane, const GroupCloth& cloth) const {
     ImpulseTotal total(cloth.context);
     for (uint32_t i = 0; i < model_.particle_count; ++i) {
-      if (!model_.IsFree(i)) total.Pull(i, VectorOfLane(particles_[i], lane));
+      if (IsHeld(i)) total.Pull(i, VectorOfLane(particles_[i], lane));
       for (size_t k = 0; k < near_.size(); ++k) {
         const VectorsCloths* const contact = contacts_ + 2 * (i * near_.size() + k);
         total.Push(k, VectorOfLane(contact[0], lane), VectorOfLane(contact[1], lane));
       }
     }
     const auto add = [&](uint32_t i, const VectorsCloths& pull) {
-      if (!model_.IsFree(i)) total.Pull(i, VectorOfLane(pull, lane));
+      if (IsHeld(i)) total.Pull(i, VectorOfLane(pull, lane));
     };
     for (size_t k = 0; k < 2 * model_.pair_links.size(); ++k) {
       add(model_.pair_links[k / 2].to[k % 2], strip_links_[k]);
@@ -125,13 +144,28 @@ class GroupImpulses {
       add(group.i[place % kVec4Size], constraints_[2 * place]);
       add(group.j[place % kVec4Size], constraints_[2 * place + 1]);
     }
-    for (size_t t = 0; t < model_.single_tethers.size(); ++t) {
-      add(model_.single_tethers[t].pin, tethers_[t]);
+    const std::span<const uint32_t> own_held = cloth.context.held.particles;
+    for (size_t t = 0; t < tether_count(); ++t) {
+      const uint32_t pin = PinOf(t, lane);
+      if (pin < own_held.size()) total.Pull(own_held[pin], VectorOfLane(tethers_[t], lane));
     }
     return total.Take(cloth.state);
   }
 
  private:
+  size_t tether_count() const {
+    return lists_ != nullptr ? lists_->tethers.size() : model_.single_tethers.size();
+  }
+  // The pin of a cloth, by its index, to which tether t leads, if it has that tether.
+  uint32_t PinOf(size_t t, size_t lane) const {
+    if (lists_ == nullptr) return model_.single_tethers[t].pin_index;
+    const OwnTether& tether = lists_->tethers[t];
+    for (uint32_t e = tether.others_begin; e < tether.others_end; ++e) {
+      const TetherEnd& end = lists_->tether_ends[e];
+      if ((end.cloths >> lane & 1) != 0) return end.pin;
+    }
+    return tether.pin;
+  }
   static const StepContext& OfLane(std::span<const GroupCloth> cloths, size_t lane) {
     return cloths[std::min(lane, cloths.size() - 1)].context;
   }
@@ -150,18 +184,19 @@ class GroupImpulses {
     Increase(contact[1], Cross(place_m - pivots_[k], impulse));
   }
 
-  const FloatModel& model_;
+  const FloatModel& model_;       // or the layout of several
+  const PinLists* const lists_;  // null: all cloths hold the same
   const std::span<const uint32_t> near_;
   VecCloths weight_ = SplatCloths(1), memory_weight_ = SplatCloths(0);
   VectorsCloths* particles_ = nullptr;     // [particle_count + 1]
   VectorsCloths* strip_links_ = nullptr;   // [pair_links][2]
   VectorsCloths* strip_firsts_ = nullptr;  // [strip_pairs][2]
   VectorsCloths* constraints_ = nullptr;   // [groups][lane][end]
-  VectorsCloths* tethers_ = nullptr;       // [single_tethers]
+  VectorsCloths* tethers_ = nullptr;       // [tether_count]
   VectorsCloths* contacts_ = nullptr;      // [particle_count][near]: impulse, moment
   VectorsCloths* const pivots_;            // [near]
   VectorsPair* const right_sides_;
-  VectorsCloths* const hinges_;
+  VectorsCloths* const hinges_;  // [held]
 };
 
 }  // namespace

@@ -8,8 +8,10 @@ void PinLists::Make(std::span<const Lane> lanes, const FloatModel& layout) {
   all_cloths = (uint32_t{1} << lanes.size()) - 1;
   held_by.assign(layout.particle_count, 0);
   ListHolds(lanes);
+  held_particles.clear();
   free_particles.clear();
   for (uint32_t i = 0; i < layout.particle_count; ++i) {
+    if (held_by[i] != 0) held_particles.push_back(i);
     if (held_by[i] != all_cloths) free_particles.push_back(i);
   }
   released.clear();

@@ -43,6 +43,7 @@ struct PinLists {
 
   uint32_t all_cloths = 0;               // a bit of each lane
   std::vector<uint32_t> held_by;         // [particle_count] a bit of each lane
+  std::vector<uint32_t> held_particles;  // by some cloth, ascending
   std::vector<uint32_t> free_particles;  // in some cloth, ascending
   std::vector<uint32_t> released;        // those of them that the layout holds
   uint32_t pin_count = 0;                // of the cloth that has most

@@ -106,8 +106,9 @@ class StripPairs : public PathPairs {
   }
 
   HWY_INLINE void PullAtLink(uint32_t link, const VectorsPair& impulses) const {
-    if (!links()[link].has_pins) return;
-    context().given->PullAtLink(link, impulses);
+    const GroupImpulses& given = *context().given;
+    if (!Holds(given, links()[link])) return;
+    given.PullAtLink(link, impulses);
   }
   HWY_INLINE void PullAtFirst(const StripPair& pair, const VectorsPair& impulses) const {
     context().given->PullAtFirst(static_cast<size_t>(&pair - groups().data()), impulses);
@@ -128,6 +129,11 @@ class StripPairs : public PathPairs {
   }
 
  private:
+  // Whether some cloth holds the end of one of the links.
+  static bool Holds(const GroupImpulses& given, const PairLink& link) {
+    if constexpr (kHasOwnPins) return given.IsHeld(link.to[0]) || given.IsHeld(link.to[1]);
+    return link.has_pins;
+  }
   // Of the particles at one end of a link, 0 where it is padding.
   VecPair InverseMasses(const PairLink& link, const Ends& ends) const {
     const VecCloths* const w = context().own_pins.inverse_masses;
@@ -327,10 +333,9 @@ void Refine(const GroupContext& context) {
 void PullByJoint(const GroupContext& context, const FloatJoint& joint,
                  const VectorsCloths& impulse) {
   if (context.given == nullptr) return;
-  if (!context.IsFree(joint.i)) {
-    context.given->Pull(joint.i, GroupImpulses::None() - impulse);
-  }
-  if (!context.IsFree(joint.j)) context.given->Pull(joint.j, impulse);
+  const GroupImpulses& given = *context.given;
+  if (given.IsHeld(joint.i)) given.Pull(joint.i, GroupImpulses::None() - impulse);
+  if (given.IsHeld(joint.j)) given.Pull(joint.j, impulse);
 }
 
 // One sweep over all point joints.
