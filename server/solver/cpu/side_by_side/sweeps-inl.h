@@ -230,7 +230,8 @@ MaskCloths SolveConstraint(const GroupContext& context, size_t g, uint32_t k, Ma
   from.u = from.u - (inverse_mass_i * impulse_per_length) * d;
   to.u = to.u + (inverse_mass_j * impulse_per_length) * d;
   if (context.given != nullptr) {
-    context.given->PullAtConstraint(g * kVec4Size + k, impulse_per_length * d);
+    context.given->PullAtConstraint(g * kVec4Size + k, group.i[k], group.j[k],
+                                    impulse_per_length * d);
   }
   return is_active;
 }
@@ -437,7 +438,7 @@ void SolveVelocity(GroupContext& context) {
         from.u = from.u - (inverse_mass_i * impulse) * n;
         to.u = to.u + (inverse_mass_j * impulse) * n;
         if (context.given != nullptr) {
-          context.given->PullAtConstraint(g * kVec4Size + k, impulse * n);
+          context.given->PullAtConstraint(g * kVec4Size + k, group.i[k], group.j[k], impulse * n);
         }
       }
     }
