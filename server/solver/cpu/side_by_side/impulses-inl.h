@@ -34,6 +34,7 @@ class GroupImpulses {
   GroupImpulses(const FloatModel& model, const PinLists* lists, GroupScratch& scratch)
       : model_(model),
         lists_(lists),
+        one_model_(lists == nullptr ? &model : lists->one_model),
         near_(scratch.reaches[0].near),
         pivots_(scratch.impulse_pivots.Reserve<VectorsCloths>(near_.size())),
         right_sides_(scratch.right_sides.Reserve<VectorsPair>(model.longest_elastic_line)),
@@ -139,11 +140,11 @@ class GroupImpulses {
 
  private:
   size_t tether_count() const {
-    return lists_ != nullptr ? lists_->tethers.size() : model_.single_tethers.size();
+    return one_model_ != nullptr ? one_model_->single_tethers.size() : lists_->tethers.size();
   }
   // The pin of a cloth, by its index, to which tether t leads, if it has that tether.
   uint32_t PinOf(size_t t, size_t lane) const {
-    if (lists_ == nullptr) return model_.single_tethers[t].pin_index;
+    if (one_model_ != nullptr) return one_model_->single_tethers[t].pin_index;
     const OwnTether& tether = lists_->tethers[t];
     for (uint32_t e = tether.others_begin; e < tether.others_end; ++e) {
       const TetherEnd& end = lists_->tether_ends[e];
@@ -197,6 +198,7 @@ class GroupImpulses {
 
   const FloatModel& model_;      // or the layout of several
   const PinLists* const lists_;  // null: all cloths hold the same
+  const FloatModel* const one_model_;  // null: several
   const std::span<const uint32_t> near_;
   VecCloths weight_ = SplatCloths(1), memory_weight_ = SplatCloths(0);
   VectorsCloths* const pivots_;  // [near]

@@ -56,15 +56,15 @@ class StripPairs : public PathPairs {
   VecPair end_share() const { return {context().end_share, context().end_share}; }
 
   VecPair InverseMassFrom(const PairLink& link, const Ends& from) const {
-    if constexpr (kHasOwnPins) return InverseMasses(link, from);
+    if (HasOwn(link)) return InverseMasses(link, from);
     return Number(link.inverse_mass_from);
   }
   VecPair InverseMassTo(const PairLink& link) const {
-    if constexpr (kHasOwnPins) return InverseMasses(link, link.to);
+    if (HasOwn(link)) return InverseMasses(link, link.to);
     return Number(link.inverse_mass_to);
   }
   VecPair Diagonal(const PairLink& link, const Ends& from) const {
-    if constexpr (kHasOwnPins) {
+    if (HasOwn(link)) {
       const VecPair sum = InverseMasses(link, from) + InverseMasses(link, link.to);
       return Select(sum > Splat(0), sum, Splat(1));
     }
@@ -79,7 +79,7 @@ class StripPairs : public PathPairs {
     return {one + give * SplatCloths(pair.span.low), one + give * SplatCloths(pair.span.high)};
   }
   VecPair MinPivot(const PairLink& link) const {
-    if constexpr (kHasOwnPins) {
+    if (HasOwn(link)) {
       return Select(InverseMasses(link, link.to) > Splat(0),
                     Splat(static_cast<float>(kMinStripPivot)),
                     Splat(static_cast<float>(kMinStripPivotAtPin)));
@@ -89,7 +89,7 @@ class StripPairs : public PathPairs {
 
   // The error of a link that nothing moves is none.
   VecPair LooseError(const PairLink& link, const Ends& from, const VecPair& error) const {
-    if constexpr (kHasOwnPins) {
+    if (HasOwn(link)) {
       const VecPair sum = InverseMasses(link, from) + InverseMasses(link, link.to);
       return Select(sum > Splat(0), error, Splat(0));
     }
@@ -129,6 +129,10 @@ class StripPairs : public PathPairs {
   }
 
  private:
+  // Whether the numbers of the link are of each cloth.
+  HWY_INLINE bool HasOwn(const PairLink& link) const {
+    return kHasOwnPins && context().own_pins.lists->has_own_link[&link - links()] != 0;
+  }
   // Whether some cloth holds the end of one of the links.
   static bool Holds(const GroupImpulses& given, const PairLink& link) {
     if constexpr (kHasOwnPins) return given.IsHeld(link.to[0]) || given.IsHeld(link.to[1]);
@@ -288,8 +292,8 @@ MaskCloths IsStretched(const GroupContext& context, uint32_t place) {
   const MaskCloths is_stretched =
       context.is_running & ((length_sq < SplatCloths(limits.min_sq * rest_length_sq)) |
                             (length_sq > SplatCloths(limits.max_sq * rest_length_sq)));
-  return context.has_own_pins() ? is_stretched & IsLoose(context, group.i[k], group.j[k])
-                                : is_stretched;
+  if (!context.has_own_pins() || !IsAnyLaneSet(is_stretched)) return is_stretched;
+  return is_stretched & IsLoose(context, group.i[k], group.j[k]);
 }
 
 // Moves the ends of a link in some of the cloths so that it has its length at the end of the
