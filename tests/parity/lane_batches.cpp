@@ -70,8 +70,7 @@ std::vector<LaneOutcome> StepTogether(Backend& backend, const std::vector<Scene>
     for (size_t k = 0; k < items.size(); ++k) {
       const StepReport& report = batch.reports[k];
       outcomes[k].reports.push_back(report);
-      EXPECT_EQ(report.impulses != nullptr,
-                items[k].impulses && report.fault == FaultReason::kNone)
+      EXPECT_EQ(report.impulses != nullptr, items[k].impulses && report.fault == FaultReason::kNone)
           << "cloth " << first + k;
     }
   }

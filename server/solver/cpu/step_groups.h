@@ -52,8 +52,8 @@ struct GroupCandidate {
 
 // Divides a batch. A group has at most lane_count cloths, and fewer where that leaves every thread
 // one. Every cloth is in one group. Large groups come first. Groups whose cloths all hold the same,
-// those of one model without grips, are the cheapest, and those of which none asks for impulses: the
-// cloths that need others are in as few groups as possible.
+// those of one model without grips, are the cheapest, and those of which none asks for impulses:
+// the cloths that need others are in as few groups as possible.
 std::vector<StepGroup> FormGroups(std::span<const GroupCandidate> batch, uint32_t lane_count,
                                   uint32_t thread_count);
 

@@ -1,5 +1,5 @@
-// What cloths cost that differ in what they hold, in whether their colliders move or in whether they
-// are asked for impulses, against as many that do not -> speed_unlike.csv.
+// What cloths cost that differ in what they hold, in whether their colliders move or in whether
+// they are asked for impulses, against as many that do not -> speed_unlike.csv.
 #include <chrono>
 #include <cmath>
 #include <functional>
@@ -120,8 +120,7 @@ test::Scene Gripping(test::Scene (*make)(uint32_t side, const Held& held), uint3
 }
 
 // Sheets that hang by the same two pins; those that differ also grip two particles each.
-Difference OfGrips(const std::string& name,
-                   test::Scene (*make)(uint32_t side, const Held& held)) {
+Difference OfGrips(const std::string& name, test::Scene (*make)(uint32_t side, const Held& held)) {
   return {name, [=](uint32_t side, uint32_t k, bool differs) {
             return Gripping(make, side, k, differs);
           }};

@@ -253,8 +253,7 @@ void CorrectVelocityOf(const GroupContext& context, const Surfaces& surfaces) {
         v = Select(has_impulse, after_contact(v), v);
       }
       if constexpr (kAsks) {
-        context.given->Push(i, k, context.given->Mass(i) * (v - before),
-                            particle.p);
+        context.given->Push(i, k, context.given->Mass(i) * (v - before), particle.p);
       }
     }
     if (!is_two_step) v = context.damping_factor * v;

@@ -52,9 +52,9 @@ struct GroupScratch {
   SimdMemory impulse_sums;              // GroupImpulses; these only where impulses are asked for
   std::vector<uint8_t> has_impulse_sum;
   std::vector<uint32_t> impulse_places;
-  SimdMemory impulse_pivots;            // [reaches[0].near] [m]
-  SimdMemory right_sides;               // of the longest line of elastic elements
-  SimdMemory held_hinges;               // [GroupImpulses::held]
+  SimdMemory impulse_pivots;  // [reaches[0].near] [m]
+  SimdMemory right_sides;     // of the longest line of elastic elements
+  SimdMemory held_hinges;     // [GroupImpulses::held]
   Refinement refinement;
   std::vector<FloatState> results;  // of each cloth
   // One per cloth. All have the same near colliders: those that any of the cloths can meet.
@@ -91,9 +91,8 @@ inline bool HoldTheSame(std::span<const GroupCloth> cloths) {
 
 // Whether somebody asks for the impulses of one of them.
 inline bool DoesAnyAsk(std::span<const GroupCloth> cloths) {
-  return std::ranges::any_of(cloths, [](const GroupCloth& cloth) -> bool {
-    return cloth.context.asks_for_impulses;
-  });
+  return std::ranges::any_of(
+      cloths, [](const GroupCloth& cloth) -> bool { return cloth.context.asks_for_impulses; });
 }
 
 }  // namespace drape::cpu

@@ -196,8 +196,8 @@ class GroupImpulses {
     Assign(moment, is_first ? added : moment + added);
   }
 
-  const FloatModel& model_;      // or the layout of several
-  const PinLists* const lists_;  // null: all cloths hold the same
+  const FloatModel& model_;            // or the layout of several
+  const PinLists* const lists_;        // null: all cloths hold the same
   const FloatModel* const one_model_;  // null: several
   const std::span<const uint32_t> near_;
   VecCloths weight_ = SplatCloths(1), memory_weight_ = SplatCloths(0);
@@ -212,7 +212,7 @@ class GroupImpulses {
   const size_t contacts_;     // [particle_count][near]
   const size_t moments_;      // of these
   VectorsCloths* const sums_;
-  std::vector<uint8_t>& has_sum_;   // of each place but moments: whether anything was added
+  std::vector<uint8_t>& has_sum_;  // of each place but moments: whether anything was added
   std::vector<uint32_t>& places_;  // those that have
 };
 

@@ -28,8 +28,7 @@ void StoreTwists(const ClothParticle* upper, const ClothParticle* lower, uint32_
 // What is held, from the cells above and below it.
 HWY_NOINLINE void PullByTwists(const GroupContext& context, uint32_t i, const VectorsCloths* above,
                                const VectorsCloths* below) {
-  context.given->Pull(
-      i, context.given->Mass(i) * ((above[1] - above[0]) + (below[0] - below[1])));
+  context.given->Pull(i, context.given->Mass(i) * ((above[1] - above[0]) + (below[0] - below[1])));
 }
 
 // Every cell of the grid gives its corners a share of its twist back (server/solver/method.md).
