@@ -102,6 +102,20 @@ TEST_F(StepGroupsTest, ClothsThatHoldOtherParticlesShareLanesLast) {
   EXPECT_THAT(Sizes(FormGroups(cloths, 12, 1)), ElementsAre(12, 6));
 }
 
+// Groups that need not know of them are the cheapest.
+TEST_F(StepGroupsTest, ClothsThatGripOrAreAskedForImpulsesShareLanesLast) {
+  std::vector<GroupCandidate> cloths(16, Cloth(model_));
+  for (uint32_t k = 0; k < cloths.size(); ++k) {
+    cloths[k].has_grips = k % 2 == 0;
+    cloths[k].asks_for_impulses = k % 4 < 2;
+  }
+  const auto groups = FormGroups(cloths, 4, 1);
+  ExpectPartition(groups, cloths);
+  EXPECT_THAT(groups, ElementsAre(ElementsAre(3, 7, 11, 15), ElementsAre(1, 5, 9, 13),
+                                  ElementsAre(2, 6, 10, 14), ElementsAre(0, 4, 8, 12)));
+  EXPECT_THAT(Sizes(FormGroups(cloths, 16, 1)), ElementsAre(16)) << "all can share lanes";
+}
+
 TEST_F(StepGroupsTest, DampingDoesNotPartCloths) {
   ClothParameters parameters = test::PlainParameters();
   const auto key_of = [&](double damping_per_s) {

@@ -13,7 +13,7 @@
 namespace drape::test {
 namespace {
 
-constexpr uint32_t kSteps = 2;
+constexpr size_t kSteps = 2;
 
 // Its velocity.
 Eigen::Vector3d& FirstFree(Scene& scene) {
@@ -54,28 +54,28 @@ Scene Variant(Scene scene, uint32_t index) {
   return scene;
 }
 
-std::vector<LaneOutcome> StepTogether(Backend& backend, const std::vector<Scene>& scenes) {
+std::vector<LaneOutcome> StepTogether(Backend& backend, const std::vector<Scene>& scenes,
+                                      size_t first) {
   std::vector<StepItem> items;
-  std::vector<LaneOutcome> outcomes;
   for (const Scene& scene : scenes) {
     items.push_back({.cloth = CreateCloth(backend, scene),
                      .pin_targets_m = scene.pin_targets_m,
                      .measure = true,
                      .grips = scene.grips});
   }
-  BatchReport batch;
-  std::vector<std::shared_ptr<const StepImpulses>> impulses;
-  for (uint32_t step = 0; step < kSteps; ++step) {
-    // Cloths that hold different particles share lanes only where nobody asks.
-    for (StepItem& item : items) item.impulses = step == 0;
-    batch = backend.Step(items);
-    for (const StepReport& report : batch.reports) {
-      if (step == 0) impulses.push_back(report.impulses);
+  std::vector<LaneOutcome> outcomes(scenes.size());
+  for (size_t step = 0; step < kSteps; ++step) {
+    for (size_t k = 0; k < items.size(); ++k) items[k].impulses = (first + k + step) % 3 != 1;
+    const BatchReport batch = backend.Step(items);
+    for (size_t k = 0; k < items.size(); ++k) {
+      const StepReport& report = batch.reports[k];
+      outcomes[k].reports.push_back(report);
+      EXPECT_EQ(report.impulses != nullptr, items[k].impulses && report.fault == FaultReason::kNone)
+          << "cloth " << first + k;
     }
   }
   for (size_t k = 0; k < items.size(); ++k) {
-    batch.reports[k].impulses = impulses[k];
-    outcomes.push_back({ReadBits(backend, items[k].cloth), batch.reports[k]});
+    outcomes[k].bits = ReadBits(backend, items[k].cloth);
     backend.Destroy(items[k].cloth);
   }
   return outcomes;
@@ -83,8 +83,12 @@ std::vector<LaneOutcome> StepTogether(Backend& backend, const std::vector<Scene>
 
 void ExpectSame(const LaneOutcome& actual, const LaneOutcome& expected, const std::string& where) {
   EXPECT_TRUE(actual.bits == expected.bits) << where;
-  EXPECT_EQ(actual.report.impulses != nullptr, actual.report.fault == FaultReason::kNone) << where;
-  EXPECT_EQ(DifferenceOf(actual.report, expected.report), "") << where;
+  for (size_t step = 0; step < kSteps; ++step) {
+    StepReport report = actual.reports[step];
+    // How many sweeps were in vain of a step that has left the numbers depends on its lanes.
+    if (report.fault != FaultReason::kNone) report.iterations = expected.reports[step].iterations;
+    EXPECT_EQ(DifferenceOf(report, expected.reports[step]), "") << where << ", step " << step;
+  }
 }
 
 std::vector<int64_t> InstructionSets() {

@@ -16,10 +16,14 @@ Scene Variant(Scene scene, uint32_t index);
 
 struct LaneOutcome {
   std::string bits;
-  StepReport report;
+  std::vector<StepReport> reports;  // of each step
+
+  const StepReport& report() const { return reports.back(); }
 };
-// A few steps, the last one measured, with the impulses of the first one.
-std::vector<LaneOutcome> StepTogether(Backend& backend, const std::vector<Scene>& scenes);
+// A few measured steps, each with the impulses of most of the cloths. `first`: which one of all
+// cloths that are compared the first scene is.
+std::vector<LaneOutcome> StepTogether(Backend& backend, const std::vector<Scene>& scenes,
+                                      size_t first = 0);
 void ExpectSame(const LaneOutcome& actual, const LaneOutcome& expected, const std::string& where);
 
 // The instruction sets that highway compiles for and this machine has.

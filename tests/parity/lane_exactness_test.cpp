@@ -200,14 +200,14 @@ TEST_P(LaneExactnessTest, SameInGroupsOfAnySizeAsAlone) {
   for (uint32_t k = 0; k < count; ++k) scenes.push_back(Variant(GetParam().scene, k));
   const auto single = CreateCpuBackend({.thread_count = 1}, {.use_lanes = false});
   const std::vector<LaneOutcome> alone = StepTogether(*single, scenes);
-  EXPECT_NE(alone[3].report.fault, FaultReason::kNone) << "one neighbour must blow up";
-  EXPECT_EQ(alone[0].report.fault != FaultReason::kNone, GetParam().scene.name == "explosive");
+  EXPECT_NE(alone[3].report().fault, FaultReason::kNone) << "one neighbour must blow up";
+  EXPECT_EQ(alone[0].report().fault != FaultReason::kNone, GetParam().scene.name == "explosive");
   if (!GetParam().scene.parameters.colliders.empty()) {
-    EXPECT_GT(alone[0].report.measured.contacts, 0u);
+    EXPECT_GT(alone[0].report().measured.contacts, 0u);
   }
   if (GetParam().exits_early) {
     std::set<uint32_t> iterations;
-    for (const LaneOutcome& one : alone) iterations.insert(one.report.iterations);
+    for (const LaneOutcome& one : alone) iterations.insert(one.report().iterations);
     EXPECT_GT(iterations.size(), 2u) << "sweeps must end at different times";
   }
   uint32_t most_lanes = 1;

@@ -250,12 +250,12 @@ class CpuBackend final : public Backend {
 
   GroupCandidate CandidateOf(const StepItem& item) {
     const Cloth& cloth = cloths_.At(item.cloth);
-    GroupCandidate candidate{cloth.model.get(), std::nullopt, !item.grips.empty()};
+    GroupCandidate candidate{cloth.model.get(), std::nullopt, !item.grips.empty(), item.impulses};
     if (lane_count_ == 1 || !ClothFitsLanes(cloth)) return candidate;
-    if ((item.impulses || cloth.contact_surface) && !item.grips.empty()) return candidate;
+    if (cloth.contact_surface && !item.grips.empty()) return candidate;
     candidate.key.emplace(*cloth.model, cloth.scheme->controls,
                           IterationsOf(item, cloth.parameters.settings),
-                          HasMovingColliders(cloth.parameters), item.impulses);
+                          HasMovingColliders(cloth.parameters));
     return candidate;
   }
 

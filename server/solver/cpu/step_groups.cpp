@@ -2,8 +2,8 @@
 
 #include <algorithm>
 #include <map>
+#include <tuple>
 #include <unordered_map>
-#include <utility>
 
 namespace drape::cpu {
 namespace {
@@ -22,7 +22,8 @@ std::vector<std::vector<uint32_t>> Alike(std::span<const GroupCandidate> cloths)
     firsts.emplace(cloths[k].model, k);
   }
   const auto first_of = [&](uint32_t k) {
-    return std::pair(firsts.at(cloths[k].model), cloths[k].has_grips);
+    const GroupCandidate& cloth = cloths[k];
+    return std::tuple(firsts.at(cloth.model), cloth.has_grips, cloth.asks_for_impulses);
   };
   for (std::vector<uint32_t>& alike : classes) std::ranges::stable_sort(alike, {}, first_of);
   return classes;
@@ -31,7 +32,7 @@ std::vector<std::vector<uint32_t>> Alike(std::span<const GroupCandidate> cloths)
 }  // namespace
 
 LaneKey::LaneKey(const FloatModel& key_model, const FloatControls& controls,
-                 uint32_t key_max_iterations, bool moves, bool asks_for_impulses)
+                 uint32_t key_max_iterations, bool moves)
     : layout(&key_model.layout()),
       stages(controls.plan.stages),
       solver(controls.plan.solver),
@@ -39,7 +40,6 @@ LaneKey::LaneKey(const FloatModel& key_model, const FloatControls& controls,
       tolerance(controls.plan.tolerance),
       max_iterations(key_max_iterations),
       have_motions(moves),
-      asked_model(asks_for_impulses ? &key_model : nullptr),
       touching_model(controls.touches_itself ? &key_model : nullptr) {
   // Cloths with and without damping share a group: each lane has a factor of its own.
   stages.Add(StepStage::kCorrectVelocity);

@@ -16,9 +16,9 @@ namespace drape::cpu {
 // Cloths with equal keys may form a group (side_by_side/lanes.md): the same stages run for all of
 // them.
 struct LaneKey {
-  // `moves`: its colliders do; `asks_for_impulses`: of its step.
+  // `moves`: its colliders do.
   LaneKey(const FloatModel& model, const FloatControls& controls, uint32_t max_iterations,
-          bool moves, bool asks_for_impulses = false);
+          bool moves);
 
   const FloatModel* layout;  // FloatModel::layout; the cloths may differ in what is pinned
   StageSet stages;
@@ -29,9 +29,7 @@ struct LaneKey {
   uint32_t max_iterations;
   std::string colliders;  // their kinds
   bool have_motions;
-  // Where impulses are asked for the cloths must hold the same: the model; else null.
-  const FloatModel* asked_model;
-  // The same where cloths touch themselves (ExpectedFlight).
+  // Where cloths touch themselves they must hold the same (ExpectedFlight): the model; else null.
   const FloatModel* touching_model;
 
   friend auto operator<=>(const LaneKey&, const LaneKey&) = default;
@@ -49,11 +47,13 @@ struct GroupCandidate {
   const FloatModel* model;
   std::optional<LaneKey> key;  // none: it is to be stepped alone
   bool has_grips = false;
+  bool asks_for_impulses = false;
 };
 
 // Divides a batch. A group has at most lane_count cloths, and fewer where that leaves every thread
-// one. Every cloth is in one group. Large groups come first. Cloths that hold the same, those of
-// one model without grips, are in as few groups as possible, for they are the cheapest.
+// one. Every cloth is in one group. Large groups come first. Groups whose cloths all hold the same,
+// those of one model without grips, are the cheapest, and those of which none asks for impulses:
+// the cloths that need others are in as few groups as possible.
 std::vector<StepGroup> FormGroups(std::span<const GroupCandidate> batch, uint32_t lane_count,
                                   uint32_t thread_count);
 

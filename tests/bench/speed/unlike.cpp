@@ -1,5 +1,5 @@
-// What cloths cost that differ in what they hold or in whether their colliders move, against as
-// many that do not -> speed_unlike.csv.
+// What cloths cost that differ in what they hold, in whether their colliders move or in whether
+// they are asked for impulses, against as many that do not -> speed_unlike.csv.
 #include <chrono>
 #include <cmath>
 #include <functional>
@@ -23,14 +23,16 @@ using Held = std::vector<uint32_t>;
 // Cloths that start every turn from the same states, mid-motion.
 class Turns {
  public:
-  Turns(std::unique_ptr<Backend> backend, const std::vector<test::Scene>& scenes,
+  // `are_asked`: for the impulses of every step.
+  Turns(std::unique_ptr<Backend> backend, const std::vector<test::Scene>& scenes, bool are_asked,
         uint32_t lead_steps)
       : backend_(std::move(backend)) {
     grips_.reserve(scenes.size());  // the items refer to them
     for (const test::Scene& scene : scenes) {
       items_.push_back({.cloth = test::CreateCloth(*backend_, scene),
                         .pin_targets_m = {},
-                        .grips = grips_.emplace_back(scene.grips)});
+                        .grips = grips_.emplace_back(scene.grips),
+                        .impulses = are_asked});
     }
     for (uint32_t k = 0; k < lead_steps; ++k) backend_->Step(items_);
     for (size_t k = 0; k < scenes.size(); ++k) {
@@ -64,6 +66,7 @@ struct Difference {
   std::string name;
   // Cloth k of those that differ, or of those that do not.
   std::function<test::Scene(uint32_t side, uint32_t k, bool differs)> make;
+  bool is_of_asking = false;  // those that differ are asked for impulses
 };
 
 test::Scene Realtime(test::Scene scene) {
@@ -105,18 +108,30 @@ test::Scene BendingMesh(uint32_t side, const Held& held) {
   return test::MeshedGrid(side, side, 1, 1, held, {.bending_rigidity_n_m = 1e-5});
 }
 
+// Sheet k hangs by two pins, and may grip two particles of its own.
+test::Scene Gripping(test::Scene (*make)(uint32_t side, const Held& held), uint32_t side,
+                     uint32_t k, bool has_grips) {
+  test::Scene scene = Realtime(make(side, {0, side - 1}));
+  test::GripParticles(scene, {});
+  if (!has_grips) return scene;
+  const uint32_t first = 2 * side + k * 37 % (side * (side / 2 - 2));
+  test::GripParticles(scene, {first, first + side * (side / 2 - 1)});
+  return scene;
+}
+
 // Sheets that hang by the same two pins; those that differ also grip two particles each.
-Difference OfGrips(const std::string& name,
-                   const std::function<test::Scene(uint32_t side, const Held& held)>& make) {
+Difference OfGrips(const std::string& name, test::Scene (*make)(uint32_t side, const Held& held)) {
   return {name, [=](uint32_t side, uint32_t k, bool differs) {
-            test::Scene scene = Realtime(make(side, {0, side - 1}));
-            test::GripParticles(scene, {});
-            if (differs) {
-              const uint32_t first = 2 * side + k * 37 % (side * (side / 2 - 2));
-              test::GripParticles(scene, {first, first + side * (side / 2 - 1)});
-            }
-            return scene;
+            return Gripping(make, side, k, differs);
           }};
+}
+
+// Those that differ are asked for impulses.
+Difference OfAsking(const std::string& name, test::Scene (*make)(uint32_t side, const Held& held),
+                    bool have_grips) {
+  return {name,
+          [=](uint32_t side, uint32_t k, bool) { return Gripping(make, side, k, have_grips); },
+          true};
 }
 
 // The sheets have fallen onto a sphere above a plane, or onto a box and a capsule. Half of the
@@ -144,6 +159,9 @@ std::vector<Difference> Differences() {
           OfPins("another pin each of meshes that bend", 1, BendingMesh),
           OfGrips("two grips each", Sheet),
           OfGrips("two grips each of sheets that bend and shear", Fabric),
+          OfAsking("impulses", Sheet, false),
+          OfAsking("impulses of two grips each", Sheet, true),
+          OfAsking("impulses of two grips each of sheets that bend and shear", Fabric, true),
           OfMotions("sphere and plane that move", 0, test::FallingOnSphere),
           OfMotions("sphere and plane that move with friction", 0.4, test::FallingOnSphere),
           OfMotions("box and capsule that move with friction", 0.4, test::FallingOnBoxAndCapsule)};
@@ -177,7 +195,7 @@ void MeasureUnlike(Bench& bench, UnlikeOptions options) {
       }
       const auto turns = [&](bool differs) {
         return Turns(test::MakeBackend("cpu"), ScenesOf(difference, side, options.cloths, differs),
-                     options.lead_steps);
+                     differs && difference.is_of_asking, options.lead_steps);
       };
       Turns like = turns(false), unlike = turns(true);
       for (uint32_t round = 0; round <= options.rounds; ++round) {

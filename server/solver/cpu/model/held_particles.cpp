@@ -9,7 +9,8 @@ namespace drape::cpu {
 HeldParticles Grips::Hold(const FloatModel& model, std::span<const Vec4> pin_targets,
                           std::span<const Grip> grips) {
   if (grips.empty()) {
-    return {model.pins, pin_targets, model.free_particles, model.inverse_masses, false};
+    return {model.pins,           pin_targets,       model.free_particles,
+            model.inverse_masses, model.pins.size(), false};
   }
   targets_.assign(pin_targets.begin(), pin_targets.end());
   for (const Grip& grip : grips) targets_.push_back(ToVec4(grip.target_m));
@@ -21,7 +22,7 @@ HeldParticles Grips::Hold(const FloatModel& model, std::span<const Vec4> pin_tar
     for (const Grip& grip : grips) particles_.push_back(grip.particle);
     Collect(model);
   }
-  return {particles_, targets_, free_particles_, inverse_masses_, true};
+  return {particles_, targets_, free_particles_, inverse_masses_, model.pins.size(), true};
 }
 
 void Grips::Collect(const FloatModel& model) {

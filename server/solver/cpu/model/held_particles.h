@@ -1,6 +1,8 @@
 // What a cloth holds in a step: its pins, and what it grips.
 #pragma once
 
+#include <algorithm>
+#include <cstddef>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -16,10 +18,19 @@ struct HeldParticles {
   std::span<const Vec4> targets;             // of each at the end of the step
   std::span<const uint32_t> free_particles;  // ascending
   std::span<const float> inverse_masses;     // [particle_count] [1/kg], 0 of what is held
+  size_t pin_count = 0;                      // of `particles`
   bool has_grips = false;
 
   // Neither held nor the spare particle.
   bool IsFree(uint32_t i) const { return i < inverse_masses.size() && inverse_masses[i] != 0; }
+  // The place in `particles` of one of them.
+  size_t PlaceOf(uint32_t i) const {
+    const auto pins_end = particles.begin() + static_cast<std::ptrdiff_t>(pin_count);
+    const auto pin = std::lower_bound(particles.begin(), pins_end, i);
+    const bool is_pin = pin != pins_end && *pin == i;
+    const auto place = is_pin ? pin : std::lower_bound(pins_end, particles.end(), i);
+    return static_cast<size_t>(place - particles.begin());
+  }
   // Whether nothing moves the link or joint between two particles.
   bool AreHeld(uint32_t i, uint32_t j) const {
     return has_grips && inverse_masses[i] == 0 && inverse_masses[j] == 0;

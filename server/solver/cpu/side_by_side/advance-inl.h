@@ -147,26 +147,25 @@ class TetherPull {
  public:
   explicit TetherPull(const GroupContext& context)
       : context_(context),
-        offsets_(kHasOwnPins ? context.own_pins.lists->tether_offsets.data()
-                             : context.model.source->tether_offsets().data()),
-        tethers_(context.model.single_tethers.data()),
-        own_tethers_(kHasOwnPins ? context.own_pins.lists->tethers.data() : nullptr) {}
+        one_model_(kHasOwnPins ? context.own_pins.lists->one_model : &context.model),
+        offsets_(one_model_ != nullptr ? one_model_->source->tether_offsets().data()
+                                       : context.own_pins.lists->tether_offsets.data()),
+        tethers_(one_model_ != nullptr ? one_model_->single_tethers.data() : nullptr),
+        own_tethers_(one_model_ != nullptr ? nullptr : context.own_pins.lists->tethers.data()) {}
   // Position and velocity of a particle.
   HWY_INLINE void operator()(uint32_t i, const VectorsCloths& p, VectorsCloths& u) const {
     for (uint32_t t = offsets_[i]; t < offsets_[i + 1]; ++t) {
-      if constexpr (kHasOwnPins) {
-        PullToOwnPin(t, p, u);
+      if (kHasOwnPins && own_tethers_ != nullptr) {
+        PullToOwnPin(i, t, p, u);
       } else {
-        const VectorsCloths before = u;
-        const bool is_taut =
-            Pull(context_.particles[tethers_[t].pin], SplatCloths(tethers_[t].length), p, u);
-        if (is_taut && context_.given != nullptr) PullPin(i, t, before - u);
+        Pull(i, t, context_.particles[tethers_[t].pin], SplatCloths(tethers_[t].length), p, u);
       }
     }
   }
 
  private:
-  HWY_INLINE void PullToOwnPin(uint32_t t, const VectorsCloths& p, VectorsCloths& u) const {
+  HWY_INLINE void PullToOwnPin(uint32_t i, uint32_t t, const VectorsCloths& p,
+                               VectorsCloths& u) const {
     const ClothParticle* const pins = context_.own_pins.pins;
     const OwnTether& tether = own_tethers_[t];
     ClothParticle pin = pins[tether.pin];
@@ -176,11 +175,22 @@ class TetherPull {
       Assign(pin.p, Select(cloths, pins[end.pin].p, pin.p));
       Assign(pin.u, Select(cloths, pins[end.pin].u, pin.u));
     }
-    Pull(pin, context_.own_pins.tether_lengths[t], p, u);
+    Pull(i, t, pin, context_.own_pins.tether_lengths[t], p, u);
   }
 
-  HWY_NOINLINE void PullPin(uint32_t i, uint32_t t, const VectorsCloths& change) const {
-    context_.given->PullAtTether(t, SplatCloths(context_.model.free_masses[i]) * change);
+  // In the cloths in which the particle is free.
+  HWY_NOINLINE void PullPin(uint32_t i, uint32_t t, VectorsCloths change) const {
+    if (context_.IsHeldBySome(i)) {
+      change = Select(context_.FreeCloths(i), change, GroupImpulses::None());
+    }
+    context_.given->PullAtTether(t, context_.given->Mass(i) * change);
+  }
+
+  HWY_INLINE void Pull(uint32_t i, uint32_t t, const ClothParticle& pin, VecCloths reach,
+                       const VectorsCloths& p, VectorsCloths& u) const {
+    const VectorsCloths before = u;
+    const bool is_taut = Pull(pin, reach, p, u);
+    if (is_taut && context_.given != nullptr) PullPin(i, t, before - u);
   }
 
   // Whether it pulls in any cloth.
@@ -203,6 +213,7 @@ class TetherPull {
   }
 
   const GroupContext& context_;
+  const FloatModel* const one_model_;  // null: the cloths have tethers of their own
   const uint32_t* const offsets_;
   const SingleTether* const tethers_;
   const OwnTether* const own_tethers_;
@@ -270,12 +281,13 @@ class ParticleVisit {
       : context_(context),
         open_(context.open),
         particles_(context.particles),
+        held_by_(kHasOwnPins ? context.own_pins.lists->held_by.data() : nullptr),
         integrate_(context),
         predict_(context),
         pull_(context) {}
   // `p`, `v`: its position and velocity.
   HWY_INLINE void operator()(uint32_t i, VectorsCloths& p, VectorsCloths& v) const {
-    if (kHasOwnPins && context_.IsHeldBySome(i)) [[unlikely]] {
+    if (kHasOwnPins && held_by_[i] != 0) [[unlikely]] {
       VisitInSome(particles_[i], i);
       Assign(p, particles_[i].p);
       Assign(v, particles_[i].u);
@@ -311,6 +323,7 @@ class ParticleVisit {
   GroupContext& context_;
   const OpenStages open_;
   ClothParticle* const particles_;
+  const uint32_t* const held_by_;
   const Integration integrate_;
   const Prediction predict_;
   const TetherPull<kHasOwnPins> pull_;

@@ -178,7 +178,7 @@ MaskCloths SolveContactsOf(GroupContext& context, const Surfaces& surfaces) {
       changed |= SolveContact(context, surfaces[k], i, context.is_running & is_free, particle.p,
                               contacts[k], particle.u, watch);
       if constexpr (kAsks) {
-        context.given->Push(i, k, SplatCloths(context.model.free_masses[i]) * (particle.u - before),
+        context.given->Push(i, k, context.given->Mass(i) * (particle.u - before),
                             particle.p + before * context.substep.interval);
       }
     }
@@ -217,7 +217,7 @@ HWY_NOINLINE void PushInMemory(const GroupContext& context, const Surfaces& surf
         context.contacts[i * surfaces.size() + k].normal > SplatCloths(0);
     const MaskCloths landed = is_left & has_impulse & HaveLanded(context, surfaces[k], i);
     is_left = AndNot(landed, is_left);
-    const VectorsCloths impulse = SplatCloths(context.model.free_masses[i]) * change;
+    const VectorsCloths impulse = context.given->Mass(i) * change;
     context.given->PushInMemory(i, k, Select(landed, impulse, GroupImpulses::None()),
                                 context.particles[i].p);
   }
@@ -253,8 +253,7 @@ void CorrectVelocityOf(const GroupContext& context, const Surfaces& surfaces) {
         v = Select(has_impulse, after_contact(v), v);
       }
       if constexpr (kAsks) {
-        context.given->Push(i, k, SplatCloths(context.model.free_masses[i]) * (v - before),
-                            particle.p);
+        context.given->Push(i, k, context.given->Mass(i) * (v - before), particle.p);
       }
     }
     if (!is_two_step) v = context.damping_factor * v;

@@ -57,10 +57,8 @@ void ApplyCellImpulses(const GroupContext& context) {
         context.model, row, VectorsCloths{zero, zero, zero},
         [&](uint32_t i) -> const VectorsCloths& { return context.impulses[i]; },
         [&](uint32_t i, const VectorsCloths& impulse) {
-          if (!context.IsFree(i)) {
-            if (context.given != nullptr) context.given->Pull(i, impulse);
-            return;
-          }
+          if (context.given != nullptr && context.given->IsHeld(i)) context.given->Pull(i, impulse);
+          if (!context.IsFree(i)) return;
           context.particles[i].u = context.particles[i].u + context.InverseMass(i) * impulse;
         });
   }
@@ -86,13 +84,12 @@ void SolveLines(const GroupContext& context, const Place* places) {
 void SolveElastic(GroupContext& context) {
   if (!context.controls.Has(StepStage::kSolveElastic)) return;
   Settle(context);
-  if (context.has_own_pins()) return SolveLines<false>(context, context.own_pins.elastic_places);
-  const PairPlace* const places = context.controls.elastic_entries->pairs.places.data();
-  if (context.given != nullptr) {
-    SolveLines<true>(context, places);
-  } else {
-    SolveLines<false>(context, places);
-  }
+  const auto solve = [&](const auto* places) {
+    return context.given != nullptr ? SolveLines<true>(context, places)
+                                    : SolveLines<false>(context, places);
+  };
+  if (context.has_own_pins()) return solve(context.own_pins.elastic_places);
+  solve(context.controls.elastic_entries->pairs.places.data());
 }
 
 }  // namespace

@@ -99,7 +99,7 @@ class ClothColumns {
   HWY_INLINE void Push(uint32_t row, int column, const VectorsCloths& force) const {
     const uint32_t i = row * grid_.columns + static_cast<uint32_t>(column);
     if constexpr (kAsks) {
-      if (!context_.IsFree(i)) context_.given->Pull(i, duration_ * force);
+      if (context_.given->IsHeld(i)) context_.given->Pull(i, duration_ * force);
     }
     const VecCloths factor = context_.InverseMass(i) * duration_;
     ClothParticle& particle = context_.particles[i];

@@ -49,10 +49,12 @@ struct GroupScratch {
   SimdMemory predicted;                 // [particle_count + 1] positions for kicks within a substep
   SimdMemory hinge_changes;             // [particle_count] of velocities, of a stage or per second
   SimdMemory joint_impulses;            // Lambda, [joint_count] [N s]
-  SimdMemory impulse_sums;              // GroupImpulses, only where impulses are asked for
-  SimdMemory impulse_pivots;            // [reaches[0].near] [m]
-  SimdMemory right_sides;               // of the longest line of elastic elements
-  SimdMemory held_hinges;               // [pin_count]
+  SimdMemory impulse_sums;              // GroupImpulses; these only where impulses are asked for
+  std::vector<uint8_t> has_impulse_sum;
+  std::vector<uint32_t> impulse_places;
+  SimdMemory impulse_pivots;  // [reaches[0].near] [m]
+  SimdMemory right_sides;     // of the longest line of elastic elements
+  SimdMemory held_hinges;     // [GroupImpulses::held]
   Refinement refinement;
   std::vector<FloatState> results;  // of each cloth
   // One per cloth. All have the same near colliders: those that any of the cloths can meet.
@@ -85,6 +87,12 @@ inline bool HoldTheSame(std::span<const GroupCloth> cloths) {
   return HaveOneModel(cloths) && std::ranges::none_of(cloths, [](const GroupCloth& cloth) -> bool {
            return cloth.context.held.has_grips;
          });
+}
+
+// Whether somebody asks for the impulses of one of them.
+inline bool DoesAnyAsk(std::span<const GroupCloth> cloths) {
+  return std::ranges::any_of(
+      cloths, [](const GroupCloth& cloth) -> bool { return cloth.context.asks_for_impulses; });
 }
 
 }  // namespace drape::cpu

@@ -82,8 +82,8 @@ void StepSideBySide(std::span<GroupCloth> cloths, GroupScratch& scratch) {
   GatherOwnElements(cloths, scratch, context);
   GatherColliders(cloths, context);
   std::optional<GroupImpulses> impulses;
-  if (cloths[0].context.asks_for_impulses) {
-    impulses.emplace(context.model, scratch);
+  if (DoesAnyAsk(cloths)) {
+    impulses.emplace(context.model, context.own_pins.lists, scratch);
     context.given = &*impulses;
   }
   const std::span reaches = std::span(scratch.reaches).first(cloths.size());
@@ -116,7 +116,9 @@ void StepSideBySide(std::span<GroupCloth> cloths, GroupScratch& scratch) {
     std::swap(reach, scratch.reaches[lane]);
     const bool is_suspect = (may_have_fault >> lane & 1) != 0;
     std::shared_ptr<const StepImpulses> given;
-    if (impulses) given = std::make_shared<const StepImpulses>(impulses->Total(lane, cloth));
+    if (cloth.context.asks_for_impulses) {
+      given = std::make_shared<const StepImpulses>(impulses->Total(lane, cloth));
+    }
     const EndingCloth end{cloth.context, cloth.state, is_suspect, cloth.measure, cloth.report};
     const Ending ending = Finish({&end, 1});
     if (ending == Ending::kWithAllColliders) scratch.unfinished.push_back(lane);

@@ -9,6 +9,7 @@
 
 #include <algorithm>
 #include <array>
+#include <span>
 
 #include "server/solver/cpu/formulas/constraint_math-inl.h"
 #include "server/solver/cpu/side_by_side/advance-inl.h"
@@ -43,7 +44,7 @@ VectorsCloths SpringAcceleration(const GroupContext& context, const Positions& p
 template <class Positions>
 void PullBySprings(const GroupContext& context, const Positions& p, float duration) {
   if (context.given == nullptr) return;
-  for (const uint32_t i : context.model.pins) {
+  for (const uint32_t i : context.given->held()) {
     context.given->Pull(i, SplatCloths(duration) * SpringForceOn(context, p, i));
   }
 }
@@ -105,8 +106,8 @@ VectorsCloths HingeImpulses(const GroupContext& context, size_t element, const P
 }
 
 // change(i, v): the change of the velocity of each free particle i by the impulses on it,
-// impulse(e) of e from offsets[i] to offsets[i + 1]. pull(i, k, impulse): of each pin, k its place;
-// only where anybody asks for it.
+// impulse(e) of e from offsets[i] to offsets[i + 1]. pull(i, k, impulse): of each particle that is
+// held, k its place; only where anybody asks for it.
 template <class Offsets, class Impulse, class Change, class Pull>
 void ForChanges(const GroupContext& context, const Offsets& offsets, const Impulse& impulse,
                 const Change& change, const Pull& pull) {
@@ -117,9 +118,8 @@ void ForChanges(const GroupContext& context, const Offsets& offsets, const Impul
     return sum;
   };
   if (context.given != nullptr) {
-    for (size_t k = 0; k < context.model.pins.size(); ++k) {
-      pull(context.model.pins[k], k, sum_on(context.model.pins[k]));
-    }
+    const std::span<const uint32_t> held = context.given->held();
+    for (size_t k = 0; k < held.size(); ++k) pull(held[k], k, sum_on(held[k]));
   }
   for (const uint32_t i : context.free_particles) change(i, context.InverseMass(i) * sum_on(i));
 }
@@ -231,8 +231,9 @@ void KickWithin(GroupContext& context) {
 // GroupImpulses::hinges times `factor`.
 void PullByHinges(const GroupContext& context, float factor) {
   if (context.given == nullptr) return;
-  for (size_t k = 0; k < context.model.pins.size(); ++k) {
-    context.given->Pull(context.model.pins[k], SplatCloths(factor) * context.given->hinges()[k]);
+  const std::span<const uint32_t> held = context.given->held();
+  for (size_t k = 0; k < held.size(); ++k) {
+    context.given->Pull(held[k], SplatCloths(factor) * context.given->hinges()[k]);
   }
 }
 
@@ -262,7 +263,7 @@ void SolveHinges(GroupContext& context) {
   const VecCloths zero = SplatCloths(0);
   std::fill_n(context.hinge_changes, context.model.particle_count, VectorsCloths{zero, zero, zero});
   if (context.given != nullptr) {
-    std::fill_n(context.given->hinges(), context.model.pins.size(), GroupImpulses::None());
+    std::fill_n(context.given->hinges(), context.given->held().size(), GroupImpulses::None());
   }
   for (const auto& stage : context.controls.hinge_stages) {
     PredictPositions(context, context.substep.interval);

@@ -78,12 +78,6 @@ void GatherInverseMasses(std::span<const GroupCloth> cloths, const FloatModel& l
 // A cloth that has fewer tethers than others has some of no end.
 void GatherTethers(const ModelOfLane& models, const OwnPins& own_pins) {
   const std::vector<uint32_t>& offsets = own_pins.lists->tether_offsets;
-  if (AreSame(models)) {
-    for (uint32_t t = 0; t < offsets.back(); ++t) {
-      own_pins.tether_lengths[t] = SplatCloths(models[0]->single_tethers[t].length);
-    }
-    return;
-  }
   for (uint32_t i = 0; i + 1 < offsets.size(); ++i) {
     for (uint32_t t = offsets[i]; t < offsets[i + 1]; ++t) {
       own_pins.tether_lengths[t] = NumberOfModels(models, [&](const FloatModel& model) {

@@ -65,19 +65,16 @@ class PathPairs {
   }
   VectorsPair* right_sides() const { return context_.given->right_sides(); }
   void Pull(const Ends& particles, bool has_pins, const VectorsPair& impulses) const {
-    if (!has_pins) return;
-    if (IsHeld(particles[0])) context_.given->Pull(particles[0], Low(impulses));
-    if (IsHeld(particles[1])) context_.given->Pull(particles[1], High(impulses));
+    if (!has_pins && !context_.has_own_pins()) return;
+    const GroupImpulses& given = *context_.given;
+    if (given.IsHeld(particles[0])) given.Pull(particles[0], Low(impulses));
+    if (given.IsHeld(particles[1])) given.Pull(particles[1], High(impulses));
   }
 
  protected:
   const GroupContext& context() const { return context_; }
 
  private:
-  bool IsHeld(uint32_t i) const {
-    return i != context_.model.spare_particle() && !context_.model.IsFree(i);
-  }
-
   const GroupContext& context_;
   const float interval_, inverse_interval_;
   ClothParticle* const particles_;

@@ -1,6 +1,7 @@
 #include "server/solver/cpu/side_by_side/pin_lists.h"
 
 #include <algorithm>
+#include <array>
 
 namespace drape::cpu {
 
@@ -8,20 +9,24 @@ void PinLists::Make(std::span<const Lane> lanes, const FloatModel& layout) {
   all_cloths = (uint32_t{1} << lanes.size()) - 1;
   held_by.assign(layout.particle_count, 0);
   ListHolds(lanes);
+  held_particles.clear();
   free_particles.clear();
   for (uint32_t i = 0; i < layout.particle_count; ++i) {
+    if (held_by[i] != 0) held_particles.push_back(i);
     if (held_by[i] != all_cloths) free_particles.push_back(i);
   }
   released.clear();
   for (const uint32_t i : layout.pins) {
     if (held_by[i] != all_cloths) released.push_back(i);
   }
+  MarkLinks(layout);
   tether_offsets.assign(1, 0);
   tethers.clear();
   tether_ends.clear();
   const bool have_one_model =
       std::ranges::all_of(lanes, [&](const Lane& lane) { return lane.model == lanes[0].model; });
-  if (have_one_model) return CopyTethers(*lanes[0].model);
+  one_model = have_one_model ? lanes[0].model : nullptr;
+  if (have_one_model) return;
   for (uint32_t i = 0; i < layout.particle_count; ++i) ListTethers(lanes, i);
 }
 
@@ -58,11 +63,20 @@ void PinLists::AddEnd(uint32_t pin, uint32_t cloth, uint32_t begin) {
   tether_ends.push_back({pin, cloth});
 }
 
-void PinLists::CopyTethers(const FloatModel& model) {
-  const std::span<const uint32_t> offsets = model.source->tether_offsets();
-  tether_offsets.assign(offsets.begin(), offsets.end());
-  for (const SingleTether& tether : model.single_tethers) {
-    tethers.push_back({tether.pin_index, 0, 0});
+// Numbers of links follow from what their ends weigh.
+void PinLists::MarkLinks(const FloatModel& layout) {
+  has_own_link.clear();
+  const auto differs = [&](uint32_t i) {
+    return i < layout.particle_count && held_by[i] != (layout.IsFree(i) ? 0 : all_cloths);
+  };
+  for (const StripPair& pair : layout.strip_pairs) {
+    const std::array<uint32_t, 2>* from = &pair.first;
+    for (uint32_t k = pair.link_begin; k < pair.link_end; ++k) {
+      const std::array<uint32_t, 2>& to = layout.pair_links[k].to;
+      has_own_link.push_back(std::ranges::any_of(*from, differs) ||
+                             std::ranges::any_of(to, differs));
+      from = &to;
+    }
   }
 }
 

@@ -43,22 +43,27 @@ struct PinLists {
 
   uint32_t all_cloths = 0;               // a bit of each lane
   std::vector<uint32_t> held_by;         // [particle_count] a bit of each lane
+  std::vector<uint32_t> held_particles;  // by some cloth, ascending
   std::vector<uint32_t> free_particles;  // in some cloth, ascending
   std::vector<uint32_t> released;        // those of them that the layout holds
   uint32_t pin_count = 0;                // of the cloth that has most
   std::vector<PinHold> holds;
-  // The tethers of each particle, the nearest pin of each cloth first: [particle_count + 1].
+  // Of each of FloatModel::pair_links: whether the numbers of some cloth are not those of the
+  // layout.
+  std::vector<uint8_t> has_own_link;
+  const FloatModel* one_model = nullptr;  // of all cloths; null: they have several
+  // Of several models, the tethers of each particle, the nearest pin of each cloth first:
+  // [particle_count + 1].
   std::vector<uint32_t> tether_offsets;
   std::vector<OwnTether> tethers;
   std::vector<TetherEnd> tether_ends;
 
  private:
   void ListHolds(std::span<const Lane> lanes);
+  void MarkLinks(const FloatModel& layout);
   // Of the tether whose ends begin there.
   void AddEnd(uint32_t pin, uint32_t cloth, uint32_t begin);
   void ListTethers(std::span<const Lane> lanes, uint32_t particle);
-  // Of cloths of one model.
-  void CopyTethers(const FloatModel& model);
 };
 
 }  // namespace drape::cpu

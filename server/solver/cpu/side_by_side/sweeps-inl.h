@@ -56,15 +56,15 @@ class StripPairs : public PathPairs {
   VecPair end_share() const { return {context().end_share, context().end_share}; }
 
   VecPair InverseMassFrom(const PairLink& link, const Ends& from) const {
-    if constexpr (kHasOwnPins) return InverseMasses(link, from);
+    if (HasOwn(link)) return InverseMasses(link, from);
     return Number(link.inverse_mass_from);
   }
   VecPair InverseMassTo(const PairLink& link) const {
-    if constexpr (kHasOwnPins) return InverseMasses(link, link.to);
+    if (HasOwn(link)) return InverseMasses(link, link.to);
     return Number(link.inverse_mass_to);
   }
   VecPair Diagonal(const PairLink& link, const Ends& from) const {
-    if constexpr (kHasOwnPins) {
+    if (HasOwn(link)) {
       const VecPair sum = InverseMasses(link, from) + InverseMasses(link, link.to);
       return Select(sum > Splat(0), sum, Splat(1));
     }
@@ -79,7 +79,7 @@ class StripPairs : public PathPairs {
     return {one + give * SplatCloths(pair.span.low), one + give * SplatCloths(pair.span.high)};
   }
   VecPair MinPivot(const PairLink& link) const {
-    if constexpr (kHasOwnPins) {
+    if (HasOwn(link)) {
       return Select(InverseMasses(link, link.to) > Splat(0),
                     Splat(static_cast<float>(kMinStripPivot)),
                     Splat(static_cast<float>(kMinStripPivotAtPin)));
@@ -89,7 +89,7 @@ class StripPairs : public PathPairs {
 
   // The error of a link that nothing moves is none.
   VecPair LooseError(const PairLink& link, const Ends& from, const VecPair& error) const {
-    if constexpr (kHasOwnPins) {
+    if (HasOwn(link)) {
       const VecPair sum = InverseMasses(link, from) + InverseMasses(link, link.to);
       return Select(sum > Splat(0), error, Splat(0));
     }
@@ -106,8 +106,9 @@ class StripPairs : public PathPairs {
   }
 
   HWY_INLINE void PullAtLink(uint32_t link, const VectorsPair& impulses) const {
-    if (!links()[link].has_pins) return;
-    context().given->PullAtLink(link, impulses);
+    const GroupImpulses& given = *context().given;
+    if (!Holds(given, links()[link])) return;
+    given.PullAtLink(link, impulses);
   }
   HWY_INLINE void PullAtFirst(const StripPair& pair, const VectorsPair& impulses) const {
     context().given->PullAtFirst(static_cast<size_t>(&pair - groups().data()), impulses);
@@ -128,6 +129,15 @@ class StripPairs : public PathPairs {
   }
 
  private:
+  // Whether the numbers of the link are of each cloth.
+  HWY_INLINE bool HasOwn(const PairLink& link) const {
+    return kHasOwnPins && context().own_pins.lists->has_own_link[&link - links()] != 0;
+  }
+  // Whether some cloth holds the end of one of the links.
+  static bool Holds(const GroupImpulses& given, const PairLink& link) {
+    if constexpr (kHasOwnPins) return given.IsHeld(link.to[0]) || given.IsHeld(link.to[1]);
+    return link.has_pins;
+  }
   // Of the particles at one end of a link, 0 where it is padding.
   VecPair InverseMasses(const PairLink& link, const Ends& ends) const {
     const VecCloths* const w = context().own_pins.inverse_masses;
@@ -224,7 +234,8 @@ MaskCloths SolveConstraint(const GroupContext& context, size_t g, uint32_t k, Ma
   from.u = from.u - (inverse_mass_i * impulse_per_length) * d;
   to.u = to.u + (inverse_mass_j * impulse_per_length) * d;
   if (context.given != nullptr) {
-    context.given->PullAtConstraint(g * kVec4Size + k, impulse_per_length * d);
+    context.given->PullAtConstraint(g * kVec4Size + k, group.i[k], group.j[k],
+                                    impulse_per_length * d);
   }
   return is_active;
 }
@@ -281,8 +292,8 @@ MaskCloths IsStretched(const GroupContext& context, uint32_t place) {
   const MaskCloths is_stretched =
       context.is_running & ((length_sq < SplatCloths(limits.min_sq * rest_length_sq)) |
                             (length_sq > SplatCloths(limits.max_sq * rest_length_sq)));
-  return context.has_own_pins() ? is_stretched & IsLoose(context, group.i[k], group.j[k])
-                                : is_stretched;
+  if (!context.has_own_pins() || !IsAnyLaneSet(is_stretched)) return is_stretched;
+  return is_stretched & IsLoose(context, group.i[k], group.j[k]);
 }
 
 // Moves the ends of a link in some of the cloths so that it has its length at the end of the
@@ -327,10 +338,9 @@ void Refine(const GroupContext& context) {
 void PullByJoint(const GroupContext& context, const FloatJoint& joint,
                  const VectorsCloths& impulse) {
   if (context.given == nullptr) return;
-  if (!context.IsFree(joint.i)) {
-    context.given->Pull(joint.i, GroupImpulses::None() - impulse);
-  }
-  if (!context.IsFree(joint.j)) context.given->Pull(joint.j, impulse);
+  const GroupImpulses& given = *context.given;
+  if (given.IsHeld(joint.i)) given.Pull(joint.i, GroupImpulses::None() - impulse);
+  if (given.IsHeld(joint.j)) given.Pull(joint.j, impulse);
 }
 
 // One sweep over all point joints.
@@ -432,7 +442,7 @@ void SolveVelocity(GroupContext& context) {
         from.u = from.u - (inverse_mass_i * impulse) * n;
         to.u = to.u + (inverse_mass_j * impulse) * n;
         if (context.given != nullptr) {
-          context.given->PullAtConstraint(g * kVec4Size + k, impulse * n);
+          context.given->PullAtConstraint(g * kVec4Size + k, group.i[k], group.j[k], impulse * n);
         }
       }
     }

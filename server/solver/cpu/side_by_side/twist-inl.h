@@ -25,11 +25,10 @@ void StoreTwists(const ClothParticle* upper, const ClothParticle* lower, uint32_
   }
 }
 
-// What all cloths hold, from the cells above and below it.
+// What is held, from the cells above and below it.
 HWY_NOINLINE void PullByTwists(const GroupContext& context, uint32_t i, const VectorsCloths* above,
                                const VectorsCloths* below) {
-  const auto mass = static_cast<float>(context.model.source->masses_kg()[i]);
-  context.given->Pull(i, SplatCloths(mass) * ((above[1] - above[0]) + (below[0] - below[1])));
+  context.given->Pull(i, context.given->Mass(i) * ((above[1] - above[0]) + (below[0] - below[1])));
 }
 
 // Every cell of the grid gives its corners a share of its twist back (server/solver/method.md).
@@ -51,10 +50,10 @@ void DampTwist(GroupContext& context) {
     }
     for (uint32_t column = 0; column < columns; ++column) {
       const uint32_t i = row * columns + column;
-      if (!context.IsFree(i)) {
-        if (context.given != nullptr) PullByTwists(context, i, above + column, below + column);
-        continue;
+      if (context.given != nullptr && context.given->IsHeld(i)) {
+        PullByTwists(context, i, above + column, below + column);
       }
+      if (!context.IsFree(i)) continue;
       VectorsCloths change =
           (above[column + 1] - above[column]) + (below[column] - below[column + 1]);
       if (context.IsHeldBySome(i)) change = Select(context.FreeCloths(i), change, none);

@@ -1,6 +1,7 @@
 #include "server/solver/cpu/step/impulse_total.h"
 
 #include <cmath>
+#include <cstdint>
 
 #include "server/scene/colliders.h"
 
@@ -12,7 +13,11 @@ void ExactSum::Add(Vec4 vector) {
   for (int axis = 0; axis < 3; ++axis) {
     const double value = double{vector[axis]} * kUnit;
     // What is no number, or too large, is a fault of the step, which tells no impulses.
-    if (std::abs(value) < 0x1p100) sums_[axis] += static_cast<Wide>(value);
+    if (std::abs(value) < 0x1p63) {
+      sums_[axis] += static_cast<int64_t>(value);  // the same in less time
+    } else if (std::abs(value) < 0x1p100) {
+      sums_[axis] += static_cast<Wide>(value);
+    }
   }
 }
 
@@ -36,7 +41,7 @@ StepImpulses ImpulseTotal::Take(const FloatState& start) const {
     const uint32_t i = held.particles[k];
     const Vector3d change = ToVector3d(end.velocities[i]) - ToVector3d(start.velocities[i]);
     const Vector3d impulse =
-        particles_[i].Value() + context.model.source->masses_kg()[i] * Vector3d(fall - change);
+        pulls_[k].Value() + context.model.source->masses_kg()[i] * Vector3d(fall - change);
     if (k < context.model.pins.size()) {
       total.pins_n_s.push_back(impulse);
     } else {

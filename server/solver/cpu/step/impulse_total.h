@@ -30,14 +30,14 @@ class ImpulseTotal {
  public:
   explicit ImpulseTotal(const StepContext& context)
       : context_(context),
-        particles_(context.model.particle_count),
+        pulls_(context.held.particles.size()),
         impulses_(context.scratch.reach.near.size()),
         moments_(context.scratch.reach.near.size()) {}
 
   // Only of held particles.
   void Pull(uint32_t particle, Vec4 impulse) {
     if (particle >= context_.model.particle_count || context_.held.IsFree(particle)) return;
-    particles_[particle].Add(impulse);
+    pulls_[context_.held.PlaceOf(particle)].Add(impulse);
   }
   void Push(size_t k, Vec4 impulse, Vec4 moment) {
     impulses_[k].Add(impulse);
@@ -49,7 +49,7 @@ class ImpulseTotal {
 
  private:
   const StepContext& context_;
-  std::vector<ExactSum> particles_;           // [particle_count]
+  std::vector<ExactSum> pulls_;               // [held.particles]
   std::vector<ExactSum> impulses_, moments_;  // [reach.near]
 };
 
