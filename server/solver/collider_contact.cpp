@@ -48,30 +48,45 @@ bool Moves(const RigidMotion& motion, const Collider& collider) {
   return !motion.velocity_m_per_s.isZero(0) || !motion.angular_velocity_rad_per_s.isZero(0);
 }
 
+bool HasSurfaceContacts(const SceneModel& model, const ClothParameters& parameters,
+                        bool may_pull) {
+  const ColliderContact contact = parameters.settings.collider_contact;
+  if (contact == ColliderContact::kParticles || model.constraint_count() == 0) return false;
+  if (contact == ColliderContact::kAuto && !may_pull && !HasMovingColliders(parameters)) {
+    return false;
+  }
+  return std::ranges::any_of(parameters.colliders, [&](const Collider& collider) {
+    return CanTouchEdges(collider) &&
+           (contact == ColliderContact::kSurface || IsSharp(collider, model.length_scale_m()));
+  });
+}
+
 }  // namespace
 
-bool TouchesEdges(ColliderContact contact, const Collider& collider, const RigidMotion* motion,
-                  double edge_length_m) {
+bool Pulls(const Eigen::Vector3d& from_m, const Eigen::Vector3d& to_m, double time_step_s) {
+  return (to_m - from_m).norm() > kStillHold_m_per_s * time_step_s;
+}
+
+bool TouchesEdges(const EdgesOfStep& edges, const Collider& collider, const RigidMotion* motion) {
   if (!CanTouchEdges(collider)) return false;
-  switch (contact) {
+  switch (edges.contact) {
     case ColliderContact::kParticles:
       return false;
     case ColliderContact::kSurface:
       return true;
     case ColliderContact::kAuto:
-      return motion != nullptr && Moves(*motion, collider) && IsSharp(collider, edge_length_m);
+      return (edges.is_pulled || (motion != nullptr && Moves(*motion, collider))) &&
+             IsSharp(collider, edges.length_m);
   }
   return false;
 }
 
 bool HasSurfaceContacts(const SceneModel& model, const ClothParameters& parameters) {
-  const ColliderContact contact = parameters.settings.collider_contact;
-  if (contact == ColliderContact::kParticles || model.constraint_count() == 0) return false;
-  if (contact == ColliderContact::kAuto && !HasMovingColliders(parameters)) return false;
-  return std::ranges::any_of(parameters.colliders, [&](const Collider& collider) {
-    return CanTouchEdges(collider) &&
-           (contact == ColliderContact::kSurface || IsSharp(collider, model.length_scale_m()));
-  });
+  return HasSurfaceContacts(model, parameters, model.pin_count() + parameters.max_grips > 0);
+}
+
+bool HasSurfaceContactsUnpulled(const SceneModel& model, const ClothParameters& parameters) {
+  return HasSurfaceContacts(model, parameters, false);
 }
 
 }  // namespace drape
