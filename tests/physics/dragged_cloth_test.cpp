@@ -9,6 +9,7 @@
 #include <utility>
 #include <vector>
 
+#include "server/solver/surface_contact/contact_numbers.h"
 #include "tests/physics/physics_test.h"
 #include "tests/support/garments.h"
 
@@ -137,7 +138,8 @@ class DraggedCloth : public PhysicsTest {
     return backend().Step({&item, 1}).reports[0];
   }
 
-  // The largest strain and the largest 99th percentile of the drag.
+  // The largest strain and the largest 99th percentile, but for the beginning of the drag, when
+  // what has sunk onto an edge at rest, by half a cell at the corner of a box, comes out.
   std::pair<double, double> Strains(Drag drag, ColliderContact contact) {
     drag.scene.parameters.settings.collider_contact = contact;
     const ClothHandle cloth = Make(drag.scene);
@@ -146,6 +148,9 @@ class DraggedCloth : public PhysicsTest {
     for (double t = step_s; t < drag.settle_s + drag.drag_s; t += step_s) {
       const StepReport report = Step(cloth, drag, t - drag.settle_s);
       EXPECT_EQ(report.fault, FaultReason::kNone);
+      const double since_s = t - drag.settle_s;
+      const double out_s = drag.cell_m / 2 / surface_contact::kRecovery_m_per_s;
+      if (since_s > 0 && since_s < out_s) continue;
       largest = std::max(largest, report.measured.max_strain);
       p99 = std::max(p99, report.measured.strain_p99);
     }
@@ -169,8 +174,7 @@ double StretchOfMesh(const Drag& drag) {
   return hit + pull / (kMeshStretchStiffness_n_per_m * drag.cell_m);
 }
 
-// As sharp_collider_test: 5 % is where a warning begins. No less for the 99th percentile: what has
-// sunk onto an edge at rest, a row of cells or two, is still to come out when the drag begins.
+// As sharp_collider_test: 5 % is where a warning begins.
 TEST_P(DraggedCloth, IsNotCaught) {
   const uint32_t drags = GetParam() == "cpu" ? 32 : 4;
   uint32_t caught = 0;
