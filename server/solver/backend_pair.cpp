@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "server/core/check.h"
+#include "server/solver/collider_contact.h"
 #include "server/solver/device_backend.h"
 
 namespace drape {
@@ -109,12 +110,14 @@ class BackendPair final : public DeviceBackend {
                              const ParticleState& state) override {
     Cloth cloth{.model = model,
                 .parameters = parameters,
-                .is_second = !first_description_.Steps(*model, parameters)};
+                .is_second = !first_description_.Steps(*model, parameters),
+                .may_go_over = MayGoOver(*model, parameters)};
     DRAPE_ASSIGN_OR_RETURN(cloth.inner,
                            Home(cloth.is_second).Create(std::move(model), parameters, state));
     ClothHandle handle = cloth.inner;
     if (cloth.is_second) handle.slot |= kSecondBit;
     elsewhere_ += IsElsewhere(handle, cloth);
+    may_go_over_ += cloth.may_go_over;
     cloths_[handle] = std::move(cloth);
     return handle;
   }
@@ -123,6 +126,7 @@ class BackendPair final : public DeviceBackend {
     const Cloth& cloth = cloths_.at(handle);
     Home(cloth.is_second).Destroy(cloth.inner);
     elsewhere_ -= IsElsewhere(handle, cloth);
+    may_go_over_ -= cloth.may_go_over;
     cloths_.erase(handle);
   }
 
@@ -152,11 +156,12 @@ class BackendPair final : public DeviceBackend {
 
   std::optional<BatchReport> StepPiece(std::span<const StepItem> items,
                                        const Pause& pause) override {
+    GoOver(items);
     std::vector<StepItem> inner(items.begin(), items.end());
     for (StepItem& item : inner) item.cloth = cloths_.at(item.cloth).inner;
     std::optional<BatchReport> batch =
         Home(cloths_.at(items[0].cloth).is_second).StepPiece(inner, pause);
-    if (batch) NoteFaults(items, batch->reports);
+    if (batch) NoteStep(items, batch->reports);
     return batch;
   }
 
@@ -177,13 +182,24 @@ class BackendPair final : public DeviceBackend {
     const std::shared_ptr<const SceneModel> model = update.model ? update.model : cloth.model;
     ClothParameters parameters = update.parameters.value_or(cloth.parameters);
     if (update.collider_motions) parameters.collider_motions = *update.collider_motions;
-    if (first_description_.Steps(*model, parameters) != cloth.is_second) {
+    const bool may_go_over = MayGoOver(*model, parameters);
+    // One that has gone over is looked at when it is stepped.
+    const bool stays = first_description_.Steps(*model, parameters)
+                           ? !cloth.is_second || (cloth.may_go_over && may_go_over)
+                           : cloth.is_second;
+    if (stays) {
       DRAPE_RETURN_IF_ERROR(Home(cloth.is_second).Write(cloth.inner, update));
     } else {
       DRAPE_RETURN_IF_ERROR(Move(handle, model, parameters, update));
     }
     cloth.parameters = std::move(parameters);
+    if (update.pin_targets_m) cloth.driven.pin_targets_m = *update.pin_targets_m;
+    if (update.model) cloth.driven.rest_lengths_m.clear();
+    if (update.rest_lengths_m) cloth.driven.rest_lengths_m = *update.rest_lengths_m;
+    if (update.model || update.state) cloth.driven.held.clear();
     cloth.model = model;
+    may_go_over_ += may_go_over;
+    may_go_over_ -= std::exchange(cloth.may_go_over, may_go_over);
     if (update.state) cloth.fault = update.fault;
     return Status::Ok();
   }
@@ -225,13 +241,27 @@ class BackendPair final : public DeviceBackend {
   }
 
  private:
+  // What steps and writes have set.
+  struct Driven {
+    std::vector<Grip> held{};  // where the last step left what it held, if that is still so
+    std::optional<std::vector<Eigen::Vector3d>> pin_targets_m{};  // of a write since then
+    std::vector<double> rest_lengths_m{};                         // empty: those of the model
+  };
+
   struct Cloth {
     std::shared_ptr<const SceneModel> model;
     ClothParameters parameters;  // as written; steps move its colliders on
     bool is_second = false;
+    // In steps that pull it; the first backend steps it in others. Its colliders do not move.
+    bool may_go_over = false;
+    Driven driven{};
     ClothHandle inner = {};  // that of its backend
     FaultReason fault = FaultReason::kNone;
   };
+
+  // What a step holds of the cloth and where to, as precisely as the backends count. Pins that the
+  // step has no targets for are left out, but for those of a write: they stay.
+  std::vector<Grip> HeldIn(const Cloth& cloth, const StepItem& item) const;
 
   // Whether the first backend does not know it by this handle.
   static bool IsElsewhere(ClothHandle handle, const Cloth& cloth) {
@@ -239,17 +269,36 @@ class BackendPair final : public DeviceBackend {
   }
   Backend& Home(bool is_second) { return is_second ? *second_ : *first_; }
 
-  void NoteFaults(std::span<const StepItem> items, std::span<const StepReport> reports) {
-    for (size_t k = 0; k < items.size(); ++k) {
-      if (reports[k].fault == FaultReason::kNone) continue;
-      cloths_.at(items[k].cloth).fault = reports[k].fault;
+  bool MayGoOver(const SceneModel& model, const ClothParameters& parameters) const {
+    return first_description_.can_step && first_description_.Steps(model, parameters) &&
+           HasSurfaceContacts(model, parameters);
+  }
+
+  // Brings every cloth to the backend that does this step of it. One for which there is no room
+  // stays where it is: there its edges may be caught.
+  void GoOver(std::span<const StepItem> items) {
+    for (size_t k = 0; may_go_over_ > 0 && k < items.size(); ++k) {
+      Cloth& cloth = cloths_.at(items[k].cloth);
+      if (!cloth.may_go_over || cloth.fault != FaultReason::kNone) continue;
+      if (IsPulled(cloth, items[k]) == cloth.is_second) continue;
+      ClothUpdate update;
+      update.pin_targets_m = cloth.driven.pin_targets_m;
+      if (!cloth.driven.rest_lengths_m.empty()) {
+        update.rest_lengths_m = cloth.driven.rest_lengths_m;
+      }
+      (void)Move(items[k].cloth, cloth.model, cloth.parameters, update);
     }
   }
+
+  bool IsPulled(Cloth& cloth, const StepItem& item);
+
+  void NoteStep(std::span<const StepItem> items, std::span<const StepReport> reports);
 
   // `step(items, step_second)` steps those of the first backend, which may be none, and calls
   // step_second.
   template <class StepFirst>
   BatchReport StepBoth(std::span<const StepItem> items, const StepFirst& step) {
+    GoOver(items);
     std::vector<bool> is_second;
     std::vector<StepItem> first, second;
     for (size_t k = 0; elsewhere_ > 0 && k < items.size(); ++k) {
@@ -264,7 +313,7 @@ class BackendPair final : public DeviceBackend {
       batch = step(first, [&] { of_second = second_->Step(second); });
       batch = Merged(std::move(batch), std::move(of_second), is_second, RunsAhead());
     }
-    NoteFaults(items, batch.reports);
+    NoteStep(items, batch.reports);
     return batch;
   }
 
@@ -275,8 +324,74 @@ class BackendPair final : public DeviceBackend {
   const std::unique_ptr<Backend> first_, second_;
   const BackendDescription first_description_, second_description_;
   std::unordered_map<ClothHandle, Cloth> cloths_;
-  size_t elsewhere_ = 0;  // how many of them are
+  size_t elsewhere_ = 0;    // how many of them are
+  size_t may_go_over_ = 0;  // how many of them may
 };
+
+std::vector<Grip> BackendPair::HeldIn(const Cloth& cloth, const StepItem& item) const {
+  std::span<const Eigen::Vector3d> pin_targets_m = item.pin_targets_m;
+  if (pin_targets_m.empty() && cloth.driven.pin_targets_m) {
+    pin_targets_m = *cloth.driven.pin_targets_m;
+  }
+  std::vector<Grip> held;
+  for (size_t k = 0; k < pin_targets_m.size(); ++k) {
+    held.push_back({cloth.model->pins()[k], pin_targets_m[k]});
+  }
+  held.insert(held.end(), item.grips.begin(), item.grips.end());
+  if (first_description_.scalar == ScalarType::kFloat64) return held;
+  for (Grip& one : held) {
+    for (double& x : one.target_m) {
+      const volatile float rounded = static_cast<float>(x);  // GCC 12 drops what it can
+      x = rounded;
+    }
+  }
+  return held;
+}
+
+// As the backends ask (collider_contact.h): after a step what was held is where it was to be, as
+// precisely as they count.
+bool BackendPair::IsPulled(Cloth& cloth, const StepItem& item) {
+  const std::vector<Grip> targets = HeldIn(cloth, item);
+  std::vector<Grip>& held = cloth.driven.held;
+  std::vector<uint32_t> unknown;
+  for (const Grip& target : targets) {
+    const auto is_its = [&](const Grip& one) { return one.particle == target.particle; };
+    if (std::ranges::none_of(held, is_its)) unknown.push_back(target.particle);
+  }
+  if (!unknown.empty()) {
+    std::ranges::sort(unknown);
+    const StateColumns columns =
+        Home(cloth.is_second).Read({.cloths = {&cloth.inner, 1}, .particles = unknown});
+    for (size_t k = 0; k < unknown.size(); ++k) {
+      held.push_back({unknown[k], VectorAt(columns.positions_m, k)});
+    }
+  }
+  const double step_s = cloth.parameters.settings.time_step_s;
+  return std::ranges::any_of(targets, [&](const Grip& target) {
+    const auto is_its = [&](const Grip& one) { return one.particle == target.particle; };
+    return Pulls(std::ranges::find_if(held, is_its)->target_m, target.target_m, step_s);
+  });
+}
+
+void BackendPair::NoteStep(std::span<const StepItem> items, std::span<const StepReport> reports) {
+  for (size_t k = 0; k < items.size(); ++k) {
+    const StepItem& item = items[k];
+    const bool is_faulted = reports[k].fault != FaultReason::kNone;
+    const bool is_plain = may_go_over_ == 0 && item.rest_lengths_m.empty();
+    if (is_plain && !is_faulted) continue;
+    Cloth& cloth = cloths_.at(item.cloth);
+    if (is_faulted) {
+      cloth.fault = reports[k].fault;
+      continue;
+    }
+    if (!item.rest_lengths_m.empty()) {
+      cloth.driven.rest_lengths_m.assign(item.rest_lengths_m.begin(), item.rest_lengths_m.end());
+    }
+    if (!cloth.may_go_over) continue;
+    cloth.driven.held = HeldIn(cloth, item);
+    cloth.driven.pin_targets_m.reset();
+  }
+}
 
 Status BackendPair::Move(ClothHandle handle, std::shared_ptr<const SceneModel> model,
                          const ClothParameters& parameters, const ClothUpdate& update) {

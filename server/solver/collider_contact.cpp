@@ -27,6 +27,24 @@ bool IsSharp(const Collider& collider, double edge_length_m) {
   }
 }
 
+// What rests and is thinner than this many edge lengths may have come through the cloth, between
+// its particles: edges would lock it there, and a cloth that is pulled would tear [-]. Larger:
+// edges are caught that need not be; smaller: pulled cloths are torn by thin rods.
+constexpr double kSlipRadius = 0.7;
+
+bool Slips(const Collider& collider, double edge_length_m) {
+  const double least_m = kSlipRadius * edge_length_m;
+  if (const auto* box = std::get_if<BoxShape>(&collider.shape)) {
+    return (box->half_extents_m.array() < least_m).count() >= 2;
+  }
+  if (const auto* ball = std::get_if<SphereShape>(&collider.shape)) return ball->radius_m < least_m;
+  if (const auto* capsule = std::get_if<CapsuleShape>(&collider.shape)) {
+    return capsule->radius_m < least_m;
+  }
+  const auto* cylinder = std::get_if<CylinderShape>(&collider.shape);
+  return cylinder != nullptr && cylinder->radius_m < least_m;
+}
+
 // Whether the point of the description that is at `described_m` moves.
 bool Moves(const RigidMotion& motion, const Eigen::Vector3d& described_m) {
   constexpr double kStill_m_per_s = 1e-6;  // above the rounding of a roller's axis
@@ -48,30 +66,45 @@ bool Moves(const RigidMotion& motion, const Collider& collider) {
   return !motion.velocity_m_per_s.isZero(0) || !motion.angular_velocity_rad_per_s.isZero(0);
 }
 
+bool HasSurfaceContacts(const SceneModel& model, const ClothParameters& parameters, bool may_pull) {
+  const ColliderContact contact = parameters.settings.collider_contact;
+  if (contact == ColliderContact::kParticles || model.constraint_count() == 0) return false;
+  if (contact == ColliderContact::kAuto && !may_pull && !HasMovingColliders(parameters)) {
+    return false;
+  }
+  return std::ranges::any_of(parameters.colliders, [&](const Collider& collider) {
+    return CanTouchEdges(collider) &&
+           (contact == ColliderContact::kSurface || IsSharp(collider, model.length_scale_m()));
+  });
+}
+
 }  // namespace
 
-bool TouchesEdges(ColliderContact contact, const Collider& collider, const RigidMotion* motion,
-                  double edge_length_m) {
+bool Pulls(const Eigen::Vector3d& from_m, const Eigen::Vector3d& to_m, double time_step_s) {
+  return (to_m - from_m).norm() > kStillHold_m_per_s * time_step_s;
+}
+
+bool TouchesEdges(const EdgesOfStep& edges, const Collider& collider, const RigidMotion* motion) {
   if (!CanTouchEdges(collider)) return false;
-  switch (contact) {
+  switch (edges.contact) {
     case ColliderContact::kParticles:
       return false;
     case ColliderContact::kSurface:
       return true;
     case ColliderContact::kAuto:
-      return motion != nullptr && Moves(*motion, collider) && IsSharp(collider, edge_length_m);
+      if (!IsSharp(collider, edges.length_m)) return false;
+      return (edges.is_pulled && !Slips(collider, edges.length_m)) ||
+             (motion != nullptr && Moves(*motion, collider));
   }
   return false;
 }
 
 bool HasSurfaceContacts(const SceneModel& model, const ClothParameters& parameters) {
-  const ColliderContact contact = parameters.settings.collider_contact;
-  if (contact == ColliderContact::kParticles || model.constraint_count() == 0) return false;
-  if (contact == ColliderContact::kAuto && !HasMovingColliders(parameters)) return false;
-  return std::ranges::any_of(parameters.colliders, [&](const Collider& collider) {
-    return CanTouchEdges(collider) &&
-           (contact == ColliderContact::kSurface || IsSharp(collider, model.length_scale_m()));
-  });
+  return HasSurfaceContacts(model, parameters, model.pin_count() + parameters.max_grips > 0);
+}
+
+bool HasSurfaceContactsUnpulled(const SceneModel& model, const ClothParameters& parameters) {
+  return HasSurfaceContacts(model, parameters, false);
 }
 
 }  // namespace drape

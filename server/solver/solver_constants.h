@@ -57,6 +57,10 @@ inline constexpr double kReachMarginRatio = 0.01;
 // for ever where tan(l/2R) >= 1/mu: at R = l for mu = 1.8. Below R = 0.7 l it also slips between
 // particles. Larger: cloths that need it not leave their lanes; smaller: edges are caught and torn.
 inline constexpr double kSharpRadius = 1.5;
+// A held particle that moves more slowly holds its cloth still (collider_contact.h) [m/s].
+// Larger: cloth that is drawn slowly over an edge hooks itself onto it, a centimetre in that many
+// seconds; smaller: hands that hold still by control make a cloth at rest on corners tremble.
+inline constexpr double kStillHold_m_per_s = 1e-3;
 // Number of attempts to find a direction that separates a collider from that range [-].
 inline constexpr unsigned kReachDirections = 4;
 

@@ -214,6 +214,55 @@ TEST_F(BackendPair, AClothGoesOverWhenWhatIsSharpMayMove) {
   pair_->Destroy(cloth);
 }
 
+// Held by pins or by grips, with lengths of its own or without. In steps that pull it, it has the
+// bits of the cores, in others those of gl, and so has one that starts from its state in between.
+TEST_F(BackendPair, AClothGoesOverWhileItIsPulled) {
+  for (int variant = 0; variant < 4; ++variant) {
+    const bool is_gripped = variant % 2 == 1, has_own_lengths = variant >= 2;
+    const std::vector<uint32_t> held = {0, 8};
+    Scene scene = is_gripped ? Grid(9, 9, 1, 1) : Grid(9, 9, 1, 1, held);
+    scene.parameters.settings.substeps = 8;
+    scene.parameters.settings.collider_contact = ColliderContact::kAuto;
+    scene.parameters.colliders = {BoxAt({0.5, -0.11, 0.5}, {0.1, 0.1, 0.1})};
+    scene.parameters.max_grips = is_gripped ? 2 : 0;
+    ASSERT_TRUE(gl_->Describe().Steps(*scene.model, scene.parameters));
+    std::vector<Vector3d> targets;
+    for (const uint32_t i : held) targets.push_back(scene.state.positions_m[i]);
+    const auto begin = [&](Backend& backend) {
+      const ClothHandle cloth = CreateCloth(backend, scene);
+      if (!has_own_lengths) return cloth;
+      ClothUpdate update;
+      update.rest_lengths_m = std::vector<double>(scene.model->constraint_count(), 0.13);
+      EXPECT_TRUE(backend.Write(cloth, update).ok());
+      return cloth;
+    };
+    const ClothHandle cloth = begin(*pair_);
+    for (int step = 0; step < 12; ++step) {
+      const bool is_pulled = step / 3 % 2 == 1;
+      std::vector<Grip> grips;
+      for (size_t k = 0; k < held.size(); ++k) {
+        if (is_pulled) targets[k] += Vector3d(0, 0.001, -0.01);
+        grips.push_back({held[k], targets[k]});
+      }
+      const auto step_it = [&](Backend& backend, ClothHandle its) {
+        StepItem item = ItemOf(its);
+        if (is_gripped) item.grips = grips;
+        if (!is_gripped && is_pulled) item.pin_targets_m = targets;
+        backend.Step(std::vector{item});
+      };
+      scene.state = ReadState(*pair_, cloth);
+      step_it(*pair_, cloth);
+      for (Backend* const backend : {is_pulled ? cpu_.get() : gl_.get(), pair_.get()}) {
+        const ClothHandle other = begin(*backend);
+        step_it(*backend, other);
+        EXPECT_TRUE(ReadBits(*pair_, cloth) == ReadBits(*backend, other)) << variant << step;
+        backend->Destroy(other);
+      }
+    }
+    pair_->Destroy(cloth);
+  }
+}
+
 TEST_F(BackendPair, WhatIsFaultedStaysSoUntilAStateIsWritten) {
   Scene scene = Plain();
   scene.parameters.gravity_m_per_s2 = {0, -1e30, 0};

@@ -338,5 +338,33 @@ TEST(EdgesInLanesTest, SameInGroupsAsAlone) {
   }
 }
 
+// A box that rests, and what is held moves in the first step of some: by pins, or by grips.
+TEST(EdgesInLanesTest, SameInGroupsAsAloneWhilePulled) {
+  const Pins held = {9, 90};
+  std::vector<Scene> scenes;
+  for (uint32_t k = 0; k < 33; ++k) {
+    const bool is_gripped = k % 2 == 1;
+    const Scene falling = FallingOnBoxAndCapsule(10);
+    Scene scene = is_gripped ? falling : Grid(10, 10, 1, 1, held);
+    scene.state = falling.state;
+    scene.parameters = falling.parameters;
+    scene.parameters.settings = PresetSettings(Preset::kRealtime);
+    for (auto& v : scene.state.velocities_m_per_s) v.y() = -2.8;
+    scene = Variant(scene, k);
+    scene.pin_targets_m.clear();
+    const Eigen::Vector3d way_m =
+        k % 3 == 0 ? Eigen::Vector3d(0.004, 0.001 * k, -0.003) : Eigen::Vector3d(0, 0, 0);
+    if (is_gripped) {
+      GripParticles(scene, held, way_m);
+    } else {
+      for (const uint32_t i : held) {
+        scene.pin_targets_m.push_back(scene.state.positions_m[i] + way_m);
+      }
+    }
+    scenes.push_back(scene);
+  }
+  ExpectSameInLanes(scenes, {7, 33});
+}
+
 }  // namespace
 }  // namespace drape::test

@@ -36,6 +36,17 @@ void SetColliderMotions(Cloth& cloth, std::span<const RigidMotion> motions) {
   CheckMotionCount(cloth.parameters);
 }
 
+// In the step that it is about to do.
+EdgesOfStep EdgesOf(const Cloth& cloth, const HeldParticles& held) {
+  const StepSettings& settings = cloth.parameters.settings;
+  EdgesOfStep edges{settings.collider_contact, cloth.model->source->length_scale_m()};
+  for (size_t k = 0; k < held.particles.size() && !edges.is_pulled; ++k) {
+    edges.is_pulled = Pulls(ToVector3d(cloth.state.positions[held.particles[k]]),
+                            ToVector3d(held.targets[k]), settings.time_step_s);
+  }
+  return edges;
+}
+
 }  // namespace
 
 FloatState ToFloat(const ParticleState& state, uint32_t particle_count) {
@@ -151,7 +162,7 @@ StepContext ContextOf(Cloth& cloth, const StepItem& item, const Scheme& scheme,
   context.may_cross_itself = cloth.may_cross_itself;
   context.asks_for_impulses = item.impulses;
   context.colliders = cloth.parameters.colliders;
-  context.collider_contact = cloth.parameters.settings.collider_contact;
+  if (context.surface_parts != nullptr) context.edges = EdgesOf(cloth, context.held);
   return context;
 }
 

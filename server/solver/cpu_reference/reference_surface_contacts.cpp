@@ -1,5 +1,6 @@
 #include "server/solver/cpu_reference/reference_surface_contacts.h"
 
+#include <algorithm>
 #include <numeric>
 
 #include "server/solver/cpu_reference/reference_context.h"
@@ -20,6 +21,15 @@ void FromVectors(const Vectors& vectors, std::vector<Vector3d>& result) {
   for (size_t i = 0; i < result.size(); ++i) result[i] = self_contact::FromVector(vectors[i]);
 }
 
+// In the step that is about to be done.
+EdgesOfStep EdgesOf(const StepContext& context) {
+  const StepSettings& settings = context.parameters.settings;
+  const bool is_pulled = std::ranges::any_of(context.held, [&](const Grip& held) {
+    return Pulls(context.state.positions_m[held.particle], held.target_m, settings.time_step_s);
+  });
+  return {settings.collider_contact, context.model.length_scale_m(), is_pulled};
+}
+
 }  // namespace
 
 void ReferenceSurfaceContacts::Begin(const StepContext& context, const SurfaceParts* parts) {
@@ -34,8 +44,7 @@ void ReferenceSurfaceContacts::Begin(const StepContext& context, const SurfacePa
                    .motions = parameters.collider_motions,
                    .places = places,
                    .thickness_m = parameters.thickness_m,
-                   .contact = parameters.settings.collider_contact,
-                   .edge_length_m = context.model.length_scale_m()},
+                   .edges = EdgesOf(context)},
                   {.gravity = self_contact::ToVector<SurfaceVector>(parameters.gravity_m_per_s2),
                    .friction_static = parameters.friction_static,
                    .friction_dynamic = parameters.friction_dynamic,

@@ -171,7 +171,7 @@ TraitSet TraitsOf(const PlannedCloth& cloth, const DeviceTraits& device) {
 
 bool KernelsCanStep(const SceneModel& model, const ClothParameters& parameters) {
   return !parameters.is_in_world && !HasBodies(parameters.colliders) &&
-         !HasSurfaceContacts(model, parameters);
+         !HasSurfaceContactsUnpulled(model, parameters);
 }
 
 std::string KernelVariant::Defines() const {

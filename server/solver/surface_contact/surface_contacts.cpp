@@ -36,7 +36,7 @@ void SurfaceContacts<V>::Begin(const SurfaceParts& parts, const Solids& solids,
   for (const uint32_t c : solids.places) {
     const Collider& collider = solids.colliders[c];
     const RigidMotion* const motion = solids.motions.empty() ? nullptr : &solids.motions[c];
-    if (!TouchesEdges(solids.contact, collider, motion, solids.edge_length_m)) continue;
+    if (!TouchesEdges(solids.edges, collider, motion)) continue;
     solids_.push_back({PlacedSolid<V>(collider, motion, solids.thickness_m, c)});
   }
 }

@@ -9,7 +9,7 @@
 
 #include "server/scene/colliders.h"
 #include "server/scene/rigid_motion.h"
-#include "server/solver/step_settings.h"
+#include "server/solver/collider_contact.h"
 #include "server/solver/surface_contact/lowest_point.h"
 #include "server/solver/surface_contact/placed_solid.h"
 #include "server/solver/surface_contact/surface_parts.h"
@@ -77,8 +77,7 @@ class SurfaceContacts {
     std::span<const RigidMotion> motions;
     std::span<const uint32_t> places;
     double thickness_m = 0;
-    ColliderContact contact = ColliderContact::kSurface;
-    double edge_length_m = 0;
+    EdgesOfStep edges{};
   };
   void Begin(const SurfaceParts& parts, const Solids& solids, const StepNumbers<V>& numbers);
 

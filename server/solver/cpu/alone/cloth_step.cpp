@@ -308,6 +308,7 @@ StepContext CalmerContext(const StepContext& context) {
   calmer.may_cross_itself = context.may_cross_itself;
   calmer.asks_for_impulses = context.asks_for_impulses;
   calmer.colliders = context.colliders;
+  calmer.edges = context.edges;
   return calmer;
 }
 

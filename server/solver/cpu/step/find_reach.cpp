@@ -152,8 +152,7 @@ bool MayTouchEdges(const StepContext& context, const FloatState& state) {
   return std::ranges::any_of(near, [&](uint32_t k) {
     const RigidMotion* const motion =
         context.collider_motions.empty() ? nullptr : &context.collider_motions[k];
-    return TouchesEdges(context.collider_contact, context.colliders[k], motion,
-                        context.model.source->length_scale_m());
+    return TouchesEdges(context.edges, context.colliders[k], motion);
   });
 }
 

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "server/solver/bodies/bodies.h"
+#include "server/solver/collider_contact.h"
 #include "server/solver/cpu/model/float_controls.h"
 #include "server/solver/cpu/model/float_model.h"
 #include "server/solver/cpu/model/held_particles.h"
@@ -158,7 +159,7 @@ struct StepContext {
   bool may_cross_itself = true;    // parts of the cloth may cross something when the step begins
   bool asks_for_impulses = false;  // StepReport::impulses
   std::span<const Collider> colliders{};
-  ColliderContact collider_contact = ColliderContact::kParticles;
+  EdgesOfStep edges{};  // if there are surface parts
 
   // Whether collider k is a rigid body.
   bool IsBody(size_t k) const { return controls.has_bodies && colliders[k].is_body(); }
