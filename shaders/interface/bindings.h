@@ -66,8 +66,8 @@
 // Words of a regular strip in a model: where its links begin and end, first particle, stride from
 // one particle to the next modulo 2^32, rest length of each link [m].
 #define DRAPE_REGULAR_STRIP_WORDS 5
-// Invocations that solve strips together, each with a particle or a pair of them: a strip has as
-// many, or twice as many, at most.
+// Invocations that solve strips together, each with a particle or a pair of them; the most
+// particles of such a strip.
 #define DRAPE_STRIP_LANES 32u
 #define DRAPE_STRIP_LANE_LEVELS 5u  // of reduction, after which each link is alone
 // Words of a lane in a model: particle | its place in the strip << 10 | links of the strip << 15,

@@ -127,7 +127,7 @@ TEST_F(BenchTest, SpeedMakesItsTables) {
   EXPECT_EQ(RowCount(out_ / "speed_curve.csv"), 5);
   // Loads; what answers say; one request at a time by both calls and two under way.
   EXPECT_EQ(RowCount(out_ / "speed_service.csv"), 2 * 3 * 3);
-  EXPECT_EQ(RowCount(out_ / "speed_unlike.csv"), 10);
+  EXPECT_EQ(RowCount(out_ / "speed_unlike.csv"), 13);
   EXPECT_EQ(RowCount(out_ / "speed_fabrics.csv"), 2 * (4 + 2 * 3));  // counts; sheets, garments
   EXPECT_EQ(RowCount(out_ / "speed_skips.csv"), 17 + 6);             // and on gl
   EXPECT_THAT(ReadText(out_ / "speed_skips.csv"), HasSubstr("sleep: all at rest on the ground,"));

@@ -134,6 +134,11 @@ std::vector<EmulatedCloth> ResidentCloths() {
   cloths.push_back({.scene = Named("reduction_by_shuffles", test::Grid(9, 7, 1.5, 1, {8, 62})),
                     .tuning = {.strip_solve = StripSolve::kReductionWithBarriers},
                     .define = "HAS_SUBGROUPS"});
+  // Lanes have pairs of particles; in some strips the first link of a pair ends at a pin.
+  cloths.push_back(
+      {.scene = Named("pairs_by_shuffles", test::Grid(27, 19, 1.5, 1, {26, 59, 61, 91, 116})),
+       .tuning = {.strip_solve = StripSolve::kReductionWithBarriers},
+       .define = "HAS_SUBGROUPS"});
   cloths.push_back({.scene = Fallen("sphere_by_shuffles", test::FallingOnSphere(8)),
                     .tuning = {.strip_solve = StripSolve::kReductionWithBarriers},
                     .define = "HAS_SUBGROUPS"});
