@@ -211,9 +211,11 @@ TEST(RunSignalsTest, TheServerDiesWithTheClientAndNothingStays) {
 
 // The first waits for the request under way, which such a server never answers.
 TEST(RunSignalsTest, TheSecondInterruptEndsEvenAServerThatHangs) {
-  RunningProgram program("drape", LongRun());
+  const TemporaryFolder folder;
+  RunningProgram program("drape", LongRunInto(folder));
   const pid_t server = ServerOf(program);
   ASSERT_GT(server, 0);
+  EXPECT_TRUE(Eventually([&] { return HasStates(folder); }));  // it knows of signals by then
   kill(server, SIGSTOP);
   EXPECT_TRUE(Eventually([&] {
     kill(program.pid(), SIGINT);
