@@ -1,5 +1,7 @@
 #include "server/solver/backend_pair.h"
 
+#include <spdlog/spdlog.h>
+
 #include <algorithm>
 #include <unordered_map>
 #include <utility>
@@ -257,6 +259,7 @@ class BackendPair final : public DeviceBackend {
     Driven driven{};
     ClothHandle inner = {};  // that of its backend
     FaultReason fault = FaultReason::kNone;
+    bool is_told_to_stay = false;  // the log says that there was no room for it to go over
   };
 
   // What a step holds of the cloth and where to, as precisely as the backends count. Pins that the
@@ -286,7 +289,11 @@ class BackendPair final : public DeviceBackend {
       if (!cloth.driven.rest_lengths_m.empty()) {
         update.rest_lengths_m = cloth.driven.rest_lengths_m;
       }
-      (void)Move(items[k].cloth, cloth.model, cloth.parameters, update);
+      const Status moved = Move(items[k].cloth, cloth.model, cloth.parameters, update);
+      if (!moved.ok() && !std::exchange(cloth.is_told_to_stay, true)) {
+        spdlog::warn("cloth_stays particles={} reason=\"{}\"", cloth.model->particle_count(),
+                     moved.message());
+      }
     }
   }
 

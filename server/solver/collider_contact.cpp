@@ -27,11 +27,7 @@ bool IsSharp(const Collider& collider, double edge_length_m) {
   }
 }
 
-// What rests and is thinner than this many edge lengths may have come through the cloth, between
-// its particles: edges would lock it there, and a cloth that is pulled would tear [-]. Larger:
-// edges are caught that need not be; smaller: pulled cloths are torn by thin rods.
-constexpr double kSlipRadius = 0.7;
-
+// Whether it may have come through the cloth.
 bool Slips(const Collider& collider, double edge_length_m) {
   const double least_m = kSlipRadius * edge_length_m;
   if (const auto* box = std::get_if<BoxShape>(&collider.shape)) {

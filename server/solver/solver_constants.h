@@ -57,6 +57,10 @@ inline constexpr double kReachMarginRatio = 0.01;
 // for ever where tan(l/2R) >= 1/mu: at R = l for mu = 1.8. Below R = 0.7 l it also slips between
 // particles. Larger: cloths that need it not leave their lanes; smaller: edges are caught and torn.
 inline constexpr double kSharpRadius = 1.5;
+// What rests and is thinner than this many edge lengths may have come through the cloth, between
+// its particles: edges would lock it there, and a cloth that is pulled would tear [-]. Larger:
+// edges are caught that need not be; smaller: pulled cloths are torn by thin rods.
+inline constexpr double kSlipRadius = 0.7;
 // A held particle that moves more slowly holds its cloth still (collider_contact.h) [m/s].
 // Larger: cloth that is drawn slowly over an edge hooks itself onto it, a centimetre in that many
 // seconds; smaller: hands that hold still by control make a cloth at rest on corners tremble.

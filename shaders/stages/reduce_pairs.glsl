@@ -1,7 +1,7 @@
 // Stage `solve_strips` by cyclic reduction (server/solver/method.md, "solve_strips") of cloths of many particles
 // (LANE_PAIRS): each lane has two neighbouring particles of a strip and the links from them to the next ones. One of
 // the two links it eliminates by itself; the others are solved at once. A group of lanes has whole strips, as many as
-// fit. So a phase needs no barrier. Resident plan only. Needs strip_lanes.glsl.
+// fit. So a phase needs no barrier. Resident plan only. Needs strip_lanes.glsl; solve_lanes.glsl calls it.
 
 // What a lane takes of a phase.
 struct LaneSlotWords {
@@ -273,44 +273,11 @@ void SolveLane(LaneSlotWords words, bool is_first_sweep) {
 }
 
 #ifdef KEEPS_LANES
-// What does not change within a step. Two phases at most, in one round each.
-LaneSlotWords kept_lane_first;
-LaneSlotWords kept_lane_second;
-
-LaneSlotWords LoadKeptLane(uint phase) {
-  LaneSlotWords words = NoLane();
-  if (phase < cloth.strip_phase_count) {
-    uint slot = models[cloth.model.strip_phase_lanes + phase] + LaneSlot();
-    if (slot < models[cloth.model.strip_phase_lanes + phase + 1u]) words = LoadLaneSlot(slot);
-  }
+// With the pins, which do not change within a step. Once the masses are known.
+LaneSlotWords Kept(LaneSlotWords words) {
   LaneOfStrip mine = UnpackLane(words.word);
   Offer(vec4(InverseMass(mine.first)));
   words.pins = PackPins(FindPins(mine, vec2(InverseMass(mine.second), OfferOf(LaneAfter(1u)).x)));
   return words;
-}
-
-// Once the masses are known. The barrier is for compilers: after it they know that subgroups are together, and need not
-// see to it at each exchange.
-void KeepLanes() {
-  kept_lane_first = LoadKeptLane(0u);
-  kept_lane_second = LoadKeptLane(1u);
-  PhaseBarrier();
-}
-
-void ReduceStrips(uint phase, bool is_first_sweep) {
-  LaneSlotWords words = kept_lane_first;
-  if (phase == 1u) words = kept_lane_second;
-  SolveLane(words, is_first_sweep);
-}
-#else
-// The strips of a phase, as many at a time as there are lanes.
-void ReduceStrips(uint phase, bool is_first_sweep) {
-  uint end = models[cloth.model.strip_phase_lanes + phase + 1u];
-  for (uint first = models[cloth.model.strip_phase_lanes + phase]; first < end; first += LaneCount()) {
-    LaneSlotWords words = NoLane();
-    uint slot = first + LaneSlot();
-    if (LaneSlot() < LaneCount() && slot < end) words = LoadLaneSlot(slot);
-    SolveLane(words, is_first_sweep);
-  }
 }
 #endif

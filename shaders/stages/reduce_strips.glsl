@@ -1,6 +1,7 @@
 // Stage `solve_strips` by cyclic reduction (server/solver/method.md, "solve_strips"): each lane has a particle of a
 // strip and the link from there to the next one, and all links are solved at once. A group of lanes has whole strips,
-// as many as fit. So a phase needs no barrier. Resident plan only. Needs strip_lanes.glsl.
+// as many as fit. So a phase needs no barrier. Resident plan only. Needs strip_lanes.glsl;
+// solve_lanes.glsl calls it.
 
 // What a lane takes of a phase.
 struct LaneSlotWords {
@@ -14,6 +15,11 @@ LaneSlotWords LoadLaneSlot(uint slot) {
   uint place = models[word + 1u];
   return LaneSlotWords(models[word], place, ModelFloat(cloth.model.strip_lengths + place));
 }
+
+LaneSlotWords NoLane() { return LaneSlotWords(0u, 0u, 1.0); }
+
+// What does not change within a step is in the words.
+LaneSlotWords Kept(LaneSlotWords words) { return words; }
 
 struct LaneOfStrip {
   uint particle;
@@ -122,38 +128,3 @@ void SolveLane(LaneSlotWords words, bool is_first_sweep) {
 #endif
   if (from.inverse_mass != 0.0) SetVelocity(mine.particle, AddScaled(from.velocity, share, change));
 }
-
-#ifdef KEEPS_LANES
-// Two phases at most, in one round each.
-LaneSlotWords kept_lanes_first;
-LaneSlotWords kept_lanes_second;
-
-LaneSlotWords KeptLane(uint phase) {
-  LaneSlotWords none = LaneSlotWords(0u, 0u, 1.0);
-  if (phase >= cloth.strip_phase_count) return none;
-  uint slot = models[cloth.model.strip_phase_lanes + phase] + LaneSlot();
-  return slot < models[cloth.model.strip_phase_lanes + phase + 1u] ? LoadLaneSlot(slot) : none;
-}
-
-void KeepLanes() {
-  kept_lanes_first = KeptLane(0u);
-  kept_lanes_second = KeptLane(1u);
-}
-
-void ReduceStrips(uint phase, bool is_first_sweep) {
-  LaneSlotWords words = kept_lanes_first;
-  if (phase == 1u) words = kept_lanes_second;
-  SolveLane(words, is_first_sweep);
-}
-#else
-// The strips of a phase, as many at a time as there are lanes.
-void ReduceStrips(uint phase, bool is_first_sweep) {
-  uint end = models[cloth.model.strip_phase_lanes + phase + 1u];
-  for (uint first = models[cloth.model.strip_phase_lanes + phase]; first < end; first += LaneCount()) {
-    LaneSlotWords words = LaneSlotWords(0u, 0u, 1.0);
-    uint slot = first + LaneSlot();
-    if (LaneSlot() < LaneCount() && slot < end) words = LoadLaneSlot(slot);
-    SolveLane(words, is_first_sweep);
-  }
-}
-#endif

@@ -20,6 +20,7 @@
 #else
 #include "stages/reduce_strips.glsl"
 #endif
+#include "stages/solve_lanes.glsl"
 #endif
 #ifdef HAS_STRIP_HALVES
 #include "stages/meet_strips.glsl"

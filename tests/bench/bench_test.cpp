@@ -168,6 +168,23 @@ TEST_F(BenchTest, LocalSizesInTurn) {
   EXPECT_THAT(readme, HasSubstr("| 16 particles, 2 per group |"));
 }
 
+TEST_F(BenchTest, KernelsInTurnWithThoseOfAFolder) {
+  const std::string folder = out_ / "shaders_of_a_change";
+  fs::create_directories(folder + "/lib");
+  fs::copy_file(test::SourcePath("shaders/lib/tether.glsl"), folder + "/lib/tether.glsl");
+  const std::string part = "speed --parts=kernels --backends=gl --cloths=";
+  const Ending ending = Bench(part + "small,mesh --shader-dirs=built_in," + folder);
+  ASSERT_EQ(ending.exit_status, 0) << ending.text;
+  EXPECT_EQ(RowCount(out_ / "speed_kernels.csv"), 2 * 2);
+  EXPECT_THAT(ReadText(out_ / "speed_kernels.csv"), HasSubstr("small," + folder + ",1,64,1,"));
+  ASSERT_EQ(Tables("").exit_status, 0);
+  EXPECT_THAT(ReadText(out_ / "README.md"),
+              HasSubstr("| cloths | particles of each | built_in | "));
+  const Ending unknown = Bench(part + "smal");
+  EXPECT_NE(unknown.exit_status, 0);
+  EXPECT_THAT(unknown.text, HasSubstr("no cloth is called 'smal'; there are two_corners "));
+}
+
 // nvcloth.py needs NvCloth, which tests do not install; the rows that it writes are read.
 TEST_F(BenchTest, NvClothBesideTheCurve) {
   ASSERT_EQ(Bench("speed --parts=curve --backends=cpu").exit_status, 0);

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cstdio>
 #include <memory>
+#include <stdexcept>
 #include <string>
 #include <utility>
 #include <vector>
@@ -53,6 +54,24 @@ std::vector<uint32_t> CountsFor(const KernelTimesOptions& options, uint32_t part
   return is_hardware ? options.hardware_counts : options.software_counts;
 }
 
+// Those of these names; of none: all. std::runtime_error at an unknown name.
+std::vector<NamedCloth> WantedCloths(const std::vector<std::string>& names) {
+  std::vector<NamedCloth> cloths = NamedCloths();
+  std::erase_if(cloths, [](const NamedCloth& cloth) { return cloth.tells_impulses; });
+  std::string known;
+  for (const NamedCloth& cloth : cloths) known += " " + cloth.name;
+  for (const std::string& name : names) {
+    if (std::ranges::find(cloths, name, &NamedCloth::name) == cloths.end()) {
+      throw std::runtime_error("--cloths: no cloth is called '" + name + "'; there are" + known);
+    }
+  }
+  if (names.empty()) return cloths;
+  std::erase_if(cloths, [&](const NamedCloth& cloth) {
+    return std::ranges::find(names, cloth.name) == names.end();
+  });
+  return cloths;
+}
+
 }  // namespace
 
 void MeasureKernelTimes(Bench& bench, KernelTimesOptions options) {
@@ -64,10 +83,7 @@ void MeasureKernelTimes(Bench& bench, KernelTimesOptions options) {
   const bool is_hardware = test::MakeBackend("gl")->Describe().is_hardware_gpu;
   Table table = bench.OpenTable("speed_kernels", {"cloth", "shaders", "cloths", "particles",
                                                   "rounds", "median_ms", "p10_ms", "p90_ms"});
-  for (const NamedCloth& named : NamedCloths()) {
-    const bool is_wanted = options.cloths.empty() ||
-                           std::ranges::find(options.cloths, named.name) != options.cloths.end();
-    if (named.tells_impulses || !is_wanted) continue;
+  for (const NamedCloth& named : WantedCloths(options.cloths)) {
     const uint32_t particles = named.scene.model->particle_count();
     const test::Scene start =
         Advance(*bench.fast_backend().backend, named.scene, bench.is_quick() ? 2 : named.steps)
@@ -75,12 +91,7 @@ void MeasureKernelTimes(Bench& bench, KernelTimesOptions options) {
     for (const uint32_t count : CountsFor(options, particles, is_hardware)) {
       if (!bench.StartRow(std::to_string(count) + " x " + named.name)) return;
       std::vector<Taker> takers = MakeTakers(options, named, start, count);
-      for (uint32_t round = 0; round <= options.rounds; ++round) {
-        for (Taker& taker : takers) {
-          const double ms = taker.cloths.Turn_ms(options.turn_s);
-          if (round > 0) taker.ms.push_back(ms);  // the first one warms up
-        }
-      }
+      TakeTurns(takers, options.rounds, options.turn_s);
       for (const Taker& taker : takers) {
         const double median_ms = Quantile(taker.ms, 0.5);
         std::printf("    %-24s %10.3f ms\n", taker.shaders.c_str(), median_ms);

@@ -73,15 +73,6 @@ struct SizeTimes {
   std::vector<double> ms = {};
 };
 
-void TakeTurns(std::vector<SizeTimes>& sizes, const LocalSizesOptions& options) {
-  for (uint32_t round = 0; round <= options.rounds; ++round) {
-    for (SizeTimes& size : sizes) {
-      const double ms = size.cloths.Turn_ms(options.turn_s);
-      if (round > 0) size.ms.push_back(ms);  // the first one warms up
-    }
-  }
-}
-
 class LocalSizesTable {
  public:
   LocalSizesTable(Bench& bench, const LocalSizesOptions& options, const Backend& gl)
@@ -139,7 +130,7 @@ class LocalSizesTable {
 
   void Measure(std::vector<SizeTimes>& sizes, const char* kernels, const std::string& preset,
                const LocalSizesLoad& load, const test::Scene& start, uint32_t chosen) {
-    TakeTurns(sizes, options_);
+    TakeTurns(sizes, options_.rounds, options_.turn_s);
     for (const SizeTimes& size : sizes) {
       const double median_ms = Quantile(size.ms, 0.5);
       const double ns_per_particle = 1e6 * median_ms / load.cloths / load.particles;
@@ -205,7 +196,7 @@ bool MeasurePacking(Bench& bench, const LocalSizesOptions& options, bool is_hard
         if (backend) sizes.push_back({size, TurnTaker(std::move(backend), start, groups)});
       }
     }
-    TakeTurns(sizes, options);
+    TakeTurns(sizes, options.rounds, options.turn_s);
     for (const SizeTimes& size : sizes) {
       const double median_ms = Quantile(size.ms, 0.5);
       const uint32_t per_group = size.cloths.particles() / particles;
