@@ -349,6 +349,16 @@ void ActiveRequest::ApplyGrips(Backend& backend) {
   }
 }
 
+bool ActiveRequest::LooksReady(Backend& backend) {
+  if ((!work_.impulses && !work_.report) || backend.device() == nullptr) return true;
+  is_ready_ = true;
+  for (const auto& cloth : work_.cloths) {
+    if (!cloth->is_alive() || cloth->is_faulted()) continue;
+    is_ready_ &= backend.device()->IsReadyToTell(cloth->handle(), work_.impulses);
+  }
+  return is_ready_;
+}
+
 Status ActiveRequest::Start(Backend& backend, uint32_t max_steps) {
   DRAPE_CHECK(has_every_turn() && !has_started_, "a request starts once, when it has every turn");
   DRAPE_RETURN_IF_ERROR(CheckExpectations(max_steps));

@@ -37,6 +37,11 @@ class ActiveRequest {
   // An error ends the request. Tells `backend` about cloths that get rest lengths of their own and
   // about colliders that begin to move.
   Status Start(Backend& backend, uint32_t max_steps);
+  // Whether nothing has to be made first for what it asks for; if not, that is being made
+  // (DeviceBackend::IsReadyToTell). Before Start, in its turn.
+  bool LooksReady(Backend& backend);
+  // What LooksReady said last; true before.
+  bool is_ready() const { return is_ready_; }
   bool has_started() const { return has_started_; }
 
   // The request ends with this status as soon as the loop sees it; the first call counts.
@@ -105,6 +110,7 @@ class ActiveRequest {
   uint32_t missing_turns_ = 0;
   int held_cloths_ = 0;  // while it is in their turns
   bool has_started_ = false;
+  bool is_ready_ = true;
   bool was_taken_ = false;
   std::optional<Status> end_status_;
   std::vector<uint32_t> steps_left_;                // [cloth]

@@ -100,7 +100,8 @@ std::vector<DeviceLoop::RequestPointer> DeviceLoop::StartAndEnd() {
     ActiveRequest& request = **entry;
     const std::optional<int64_t> held_us = HeldBackUntil_us(request, now_us);
     EndIfPointless(request, now_us, held_us);
-    if (!request.end_status() && !request.has_started() && request.may_start() && !held_us) {
+    if (!request.end_status() && !request.has_started() && request.may_start() && !held_us &&
+        request.LooksReady(backend_)) {
       const Status status = request.Start(backend_, settings_.max_steps_per_request);
       if (!status.ok()) request.EndWith(status);
     }
@@ -152,8 +153,8 @@ std::optional<int64_t> DeviceLoop::RestUntil_us() const {
   for (const RequestPointer& request : requests_) {
     if (!request->may_start()) continue;  // behind another one, or a command that holds a cloth
     const std::optional<int64_t> until_us = HeldBackUntil_us(*request, now_us);
-    if (!until_us) return std::nullopt;
-    rest_us = std::min(rest_us, *until_us);
+    if (!until_us && request->is_ready()) return std::nullopt;
+    rest_us = std::min(rest_us, until_us.value_or(now_us + kLookForKernels_us));
   }
   return rest_us;
 }

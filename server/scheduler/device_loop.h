@@ -77,10 +77,12 @@ class DeviceLoop {
   std::vector<std::string> UnansweredSessions() const;
   bool has_requests() const { return !requests_.empty(); }
   // When the next round is due, after RunRound: until then every request is held back, by the rate
-  // of its tenant or by commands, and nobody's time is over. Not later than kLook_us from now,
-  // because clients may give up. None: at once, or there are no requests.
+  // of its tenant, by commands or by kernels to compile, and nobody's time is over. Not later than
+  // kLook_us from now, because clients may give up. None: at once, or there are no requests.
   std::optional<int64_t> RestUntil_us() const;
   static constexpr int64_t kLook_us = 100'000;
+  // Or than this if a request waits for what its device compiles.
+  static constexpr int64_t kLookForKernels_us = 2'000;
   // Ends every request with this status.
   void EndAll(const Status& status);
 

@@ -229,6 +229,12 @@ class BackendPair final : public DeviceBackend {
         std::move(begun), drape::BeginRead(*second_, of_second), std::move(rows));
   }
 
+  bool IsReadyToTell(ClothHandle handle, bool impulses) override {
+    const Cloth& cloth = cloths_.at(handle);
+    DeviceBackend* const device = Home(cloth.is_second).device();
+    return device == nullptr || device->IsReadyToTell(cloth.inner, impulses);
+  }
+
   std::shared_ptr<DeviceCopy> CopyOnDevice(const ReadRequest& request) override {
     if (first_->device() == nullptr) return nullptr;
     std::vector<ClothHandle> inner;

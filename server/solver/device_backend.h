@@ -42,6 +42,10 @@ class DeviceBackend : public Backend {
   // device; `meanwhile` may take pending reads and must not call the backend otherwise.
   virtual BatchReport StepAhead(std::span<const StepItem> items,
                                 const std::function<void()>& meanwhile) = 0;
+  // Whether a step can measure the cloth at once, and with `impulses` tell those. False: what that
+  // takes is being made beside the device thread, since the first call; ask again. A step that does
+  // not wait for it makes it itself, which may take seconds.
+  virtual bool IsReadyToTell(ClothHandle /*cloth*/, bool /*impulses*/) { return true; }
   // The states that Read would return now, whatever is stepped, written or destroyed before they
   // are taken.
   virtual std::unique_ptr<PendingRead> BeginRead(const ReadRequest& request) = 0;

@@ -78,6 +78,32 @@ TEST(KernelCompilerTest, KernelsOfTheCalmerSchemeFollow) {
   device->context->MakeCurrent();
 }
 
+TEST(KernelCompilerTest, KernelsThatTellAreCompiledBesideTheDeviceThread) {
+  const std::unique_ptr<Backend> backend = MakeGlBackend();
+  const ClothHandle cloth = CreateCloth(*backend, GridModel(5, 5, {0}));
+  StepCloth(*backend, cloth);
+  const auto step_until_ready = [&](bool impulses) {
+    uint32_t steps = 0;
+    const auto limit = std::chrono::steady_clock::now() + std::chrono::minutes(2);
+    while (!backend->device()->IsReadyToTell(cloth, impulses) &&
+           std::chrono::steady_clock::now() < limit) {
+      EXPECT_EQ(StepCloth(*backend, cloth).fault, FaultReason::kNone);
+      ++steps;
+    }
+    EXPECT_TRUE(backend->device()->IsReadyToTell(cloth, impulses));
+    return steps;
+  };
+  EXPECT_GT(step_until_ready(false), 0u) << "nobody has asked yet";
+  EXPECT_GT(step_until_ready(true), 0u);
+  StepItem item;
+  item.cloth = cloth;
+  item.measure = item.impulses = true;
+  const BatchReport report = backend->Step({&item, 1});
+  EXPECT_GT(report.reports[0].measured.kinetic_energy_j, 0);
+  EXPECT_NE(report.reports[0].impulses, nullptr);
+  EXPECT_TRUE(backend->device()->IsReadyToTell(cloth, true));
+}
+
 TEST(KernelCompilerTest, NothingIsCompiledOnceItHasStopped) {
   Result<GlDevice> device = GlDevice::Open({}, {});
   ASSERT_TRUE(device.ok()) << device.status().ToString();

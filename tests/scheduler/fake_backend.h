@@ -64,6 +64,10 @@ class FakeDevice {
   void RunAhead() {
     Locked([&] { runs_ahead_ = true; });
   }
+  // What telling impulses takes is made, or not yet. As IsReadyToTell.
+  void SetReadyToTell(bool is_ready) {
+    Locked([&] { is_ready_to_tell_ = is_ready; });
+  }
   // Runs on the device thread in every Step, before anything else.
   void OnStep(std::function<void()> hook) {
     Locked([&] { on_step_ = std::move(hook); });
@@ -129,6 +133,7 @@ class FakeDevice {
   size_t writes_to_fail_ = 0;  // then
   std::vector<ClothHandle> faults_;
   bool runs_ahead_ = false;
+  bool is_ready_to_tell_ = true;
   std::function<void()> on_step_;
   std::function<void(ClothHandle)> on_item_;
   std::function<void(size_t)> on_write_;
@@ -256,6 +261,12 @@ class FakeBackend final : public DeviceBackend {
     }
     device_->Locked([&] { device_->reads_.push_back(request.cloths.size()); });
     return columns;
+  }
+
+  bool IsReadyToTell(ClothHandle handle, bool /*impulses*/) override {
+    CheckThread();
+    DRAPE_CHECK(cloths_.contains(handle), "the cloth exists");
+    return device_->Locked([&] { return device_->is_ready_to_tell_; });
   }
 
   std::unique_ptr<PendingRead> BeginRead(const ReadRequest& request) override {

@@ -115,14 +115,18 @@ PlannedCloth PlannedAs(const GlCloth& cloth, const ClothParameters& parameters) 
 
 }  // namespace
 
+KernelVariant VariantThatTells(const GlCloth& cloth) {
+  KernelVariant variant = cloth.kernels->variant;
+  variant.traits.Add(Feature::kImpulses);
+  return variant;
+}
+
 Status RoomMaker::MakeImpulses(GlCloth& cloth) {
   const ClothParameters parameters = ParametersOf(cloth);
   const PlannedCloth planned = PlannedAs(cloth, parameters);
-  KernelVariant variant = cloth.kernels->variant;
-  variant.traits.Add(Feature::kImpulses);
   GlScheme larger = Likewise(cloth);
   ImpulseRoom& room = larger.impulses;
-  DRAPE_ASSIGN_OR_RETURN(room.kernels, device_.kernels->ForVariant(variant));
+  DRAPE_ASSIGN_OR_RETURN(room.kernels, device_.kernels->ForVariant(VariantThatTells(cloth)));
   DRAPE_ASSIGN_OR_RETURN(room.lists, pull_lists_.Acquire(cloth.model->model));
   DRAPE_ASSIGN_OR_RETURN(room.words,
                          device_.arrays->parameters.Allocate(CountImpulseWords(planned)));

@@ -30,6 +30,9 @@ struct ClothRoom {
   uint32_t pair_capacity = 0;
 };
 
+// The kernels with which a cloth tells its impulses, by its present scheme.
+KernelVariant VariantThatTells(const GlCloth& cloth);
+
 // Every call with the context current. What is refused (RESOURCE_EXHAUSTED) has changed nothing.
 class RoomMaker {
  public:

@@ -37,8 +37,9 @@ class GlBackend final : public DeviceBackend {
   explicit GlBackend(GlDevice device)
       : device_(std::move(device)),
         rooms_(&device_),
-        compiler_(std::make_shared<KernelCompiler>(
-            device_.kernels.get(), device_.context->share_handle(), device_.traits)) {}
+        compiler_(std::make_shared<KernelCompiler>(device_.kernels.get(),
+                                                   device_.context->share_handle(), device_.traits,
+                                                   device_.measure.All())) {}
 
   ~GlBackend() override {
     compiler_->Stop();
@@ -57,8 +58,7 @@ class GlBackend final : public DeviceBackend {
             .is_hardware_gpu = !context.is_software(),
             .can_step = KernelsCanStep,
             .plan_of = KernelPlan,
-            .prepare = [compiler = compiler_](const SceneModel& model,
-                                              const ClothParameters& parameters) {
+            .prepare = [compiler = compiler_](const auto& model, const auto& parameters) {
               compiler->Prepare(model, parameters);
             }};
   }
@@ -75,6 +75,10 @@ class GlBackend final : public DeviceBackend {
   void AbandonStep(ClothHandle handle) override;
   bool RunsAhead() const override { return device_.runs_ahead; }
   StateColumns Read(const ReadRequest& request) override { return BeginRead(request)->Take(); }
+  bool IsReadyToTell(ClothHandle handle, bool impulses) override {
+    return compiler_->AreOthersReady() &&
+           (!impulses || compiler_->IsCompiled(VariantThatTells(cloths_.Find(handle))));
+  }
   std::unique_ptr<PendingRead> BeginRead(const ReadRequest& request) override;
   std::shared_ptr<DeviceCopy> CopyOnDevice(const ReadRequest& request) override;
   Status Write(ClothHandle handle, const ClothUpdate& update) override;
@@ -91,7 +95,9 @@ class GlBackend final : public DeviceBackend {
   void UseUsualScheme(ClothHandle handle);
   // What a step that must be done again needs.
   void PrepareToStepAgain(ClothHandle handle);
-  std::vector<float> ReadPositions(const GlCloth& cloth);
+  std::vector<float> ReadPositions(const GlCloth& cloth) {
+    return ReadColumn(cloth.state.begin(), 3 * cloth.particle_count());
+  }
   // Of a cloth that touches itself and begins a step: what crosses.
   void FindCrossingParts(GlCloth& cloth);
   void MeasureSelfContacts(std::span<const StepItem> items, BatchReport& report);
@@ -324,10 +330,6 @@ void GlBackend::PrepareToStepAgain(ClothHandle handle) {
   } else {
     UseCalmerScheme(handle);
   }
-}
-
-std::vector<float> GlBackend::ReadPositions(const GlCloth& cloth) {
-  return ReadColumn(cloth.state.begin(), 3 * cloth.particle_count());
 }
 
 void GlBackend::FindCrossingParts(GlCloth& cloth) {

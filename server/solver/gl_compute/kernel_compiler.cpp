@@ -51,13 +51,13 @@ class FirstDispatches {
     }
   }
 
- private:
   static void Dispatch(const gl::Program& program) {
     program.Use();
     glDispatchCompute(1, 1, 1);
     glFinish();
   }
 
+ private:
   std::vector<gl::Buffer> buffers_;
 };
 
@@ -102,8 +102,12 @@ KernelCompiler::UnderWay* KernelCompiler::Ask(const KernelVariant& variant) {
   const auto known = under_way_.find(variant);
   if (known != under_way_.end()) return &known->second;
   if (cache_->Known(variant)) return nullptr;
-  if (!thread_.joinable()) thread_ = std::thread([this] { Loop(); });
+  StartThread();
   return &under_way_[variant];
+}
+
+void KernelCompiler::StartThread() {
+  if (!thread_.joinable()) thread_ = std::thread([this] { Loop(); });
 }
 
 KernelCompiler::Compiled KernelCompiler::Compile(const KernelVariant& variant) {
@@ -128,6 +132,28 @@ void KernelCompiler::CompileLater(const KernelVariant& variant) {
   wake_.notify_one();
 }
 
+bool KernelCompiler::IsCompiled(const KernelVariant& variant) {
+  {
+    const std::lock_guard lock(mutex_);
+    if (under_way_.contains(variant)) return false;
+    if (failed_.contains(variant) || Ask(variant) == nullptr) return true;
+    waited_for_.push_back(variant);
+  }
+  wake_.notify_one();
+  return false;
+}
+
+bool KernelCompiler::AreOthersReady() {
+  {
+    const std::lock_guard lock(mutex_);
+    if (!traits_.is_software || are_others_ready_ || is_stopping_) return true;
+    are_others_due_ = true;
+    StartThread();
+  }
+  wake_.notify_one();
+  return false;
+}
+
 void KernelCompiler::Loop() {
   const Result<std::unique_ptr<gl::Context>> context = gl::Context::Create({.share_with = device_});
   if (!context.ok()) {
@@ -144,8 +170,20 @@ void KernelCompiler::Loop() {
   }
   std::unique_lock lock(mutex_);
   while (true) {
-    wake_.wait(lock, [this] { return is_stopping_ || !waited_for_.empty() || !later_.empty(); });
+    const auto must_do_others = [this] { return are_others_due_ && !are_others_ready_; };
+    wake_.wait(lock, [&] {
+      return is_stopping_ || must_do_others() || !waited_for_.empty() || !later_.empty();
+    });
     if (is_stopping_ || !context.ok()) break;
+    if (must_do_others()) {
+      lock.unlock();
+      for (const gl::Program* const program : others_) {
+        if (first) FirstDispatches::Dispatch(*program);
+      }
+      lock.lock();
+      are_others_ready_ = true;
+      continue;
+    }
     std::deque<KernelVariant>& next = waited_for_.empty() ? later_ : waited_for_;
     const KernelVariant variant = next.front();
     next.pop_front();
@@ -154,6 +192,8 @@ void KernelCompiler::Loop() {
     Compiled compiled = cache_->ForVariant(variant);
     if (compiled.ok() && first) first->Run(**compiled);
     lock.lock();
+    are_others_due_ = true;
+    if (!compiled.ok()) failed_.insert(variant);
     under_way_.extract(variant).mapped().promise.set_value(std::move(compiled));
   }
   is_stopping_ = true;

@@ -53,6 +53,10 @@ struct MeasureKernels {
   const gl::Program* strains = nullptr;
   const gl::Program* impulses_begin = nullptr;
   const gl::Program* impulses_total = nullptr;
+
+  std::vector<const gl::Program*> All() const {
+    return {start, pieces, total, strains, impulses_begin, impulses_total};
+  }
 };
 
 // The whole step of the groups of the resident plan; others are left out. The groups run at the
