@@ -232,6 +232,17 @@ void AddLimits(CLI::App& app, Config& config) {
             "threads that build scene models");
 }
 
+// CLI11 would take the next argument as the value: `--token-file=$FILE` without that variable would
+// swallow a flag, and listen for everybody.
+void CheckValuesAreThere(int argc, const char* const* argv) {
+  for (int k = 1; k < argc; ++k) {
+    const std::string_view argument = argv[k];
+    if (argument.starts_with("--") && argument.ends_with('=')) {
+      throw CLI::ArgumentMismatch(std::string(argument) + " has no value; leave the flag out");
+    }
+  }
+}
+
 }  // namespace
 
 CommandLine ParseCommandLine(int argc, const char* const* argv) {
@@ -249,6 +260,7 @@ CommandLine ParseCommandLine(int argc, const char* const* argv) {
   app.add_flag("--print-config", prints_config, "print all settings as a --config file and end")
       ->configurable(false);
   try {
+    CheckValuesAreThere(argc, argv);
     app.parse(argc, argv);
     if (prints_config) {
       std::cout << ConfigAsText(app);

@@ -89,7 +89,7 @@ void BuildAndCreate(const std::shared_ptr<Creation>& creation, const RequestLimi
   if (creation->validate_only) {
     creation->session->CheckCloths(std::move(cloths), end);
   } else {
-    PrepareCloths(cloths, backend.prepare);
+    PrepareCloths(cloths, backend);
     creation->session->CreateCloths(std::move(cloths), end);
   }
 }

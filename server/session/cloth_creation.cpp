@@ -56,13 +56,19 @@ Placement PlacementOf(const SceneModel& model, const ClothCopy& copy) {
 
 }  // namespace
 
-void PrepareCloths(const ClothCreation& creation,
-                   const std::function<void(const SceneModel&, const ClothParameters&)>& prepare) {
-  if (!prepare) return;
+std::shared_ptr<const void> PrepareOne(const BackendDescription& backend,
+                                       const std::shared_ptr<const SceneModel>& model,
+                                       const ClothParameters& parameters) {
+  if (backend.prepare) backend.prepare(*model, parameters);
+  return backend.make_shared_parts ? backend.make_shared_parts(model, parameters) : nullptr;
+}
+
+void PrepareCloths(ClothCreation& creation, const BackendDescription& backend) {
   for (size_t k = 0; k < std::min(creation.copies.size(), kMaxPreparedCloths); ++k) {
     const ClothCopy& copy = creation.copies[k];
-    const SceneModel& model = copy.model != nullptr ? *copy.model : *creation.model;
-    prepare(model, OnDevice(model, copy.parameters, PlacementOf(model, copy)));
+    const auto& model = copy.model != nullptr ? copy.model : creation.model;
+    const ClothParameters parameters = OnDevice(*model, copy.parameters, PlacementOf(*model, copy));
+    creation.shared_parts.push_back(PrepareOne(backend, model, parameters));
   }
 }
 

@@ -39,14 +39,15 @@ void ImportMaker::Unmake(Backend& backend) {
   cloths_.clear();  // and what they charge
 }
 
-void PrepareImport(std::span<const SavedCloth> cloths,
-                   const std::function<void(const SceneModel&, const ClothParameters&)>& prepare) {
-  if (!prepare) return;
+SharedParts PrepareImport(std::span<const SavedCloth> cloths, const BackendDescription& backend) {
+  SharedParts made;
   for (const SavedCloth& cloth : cloths.first(std::min(cloths.size(), kMaxPreparedCloths))) {
     const ClothDescription& description = *cloth.description;
-    prepare(*description.model,
-            OnDevice(*description.model, description.parameters, cloth.placement));
+    made.push_back(
+        PrepareOne(backend, description.model,
+                   OnDevice(*description.model, description.parameters, cloth.placement)));
   }
+  return made;
 }
 
 }  // namespace drape

@@ -33,8 +33,7 @@ class ImportMaker {
   std::vector<std::shared_ptr<ClothRecord>> made_;
 };
 
-// BackendDescription::prepare for the first few of them. Not on the device thread.
-void PrepareImport(std::span<const SavedCloth> cloths,
-                   const std::function<void(const SceneModel&, const ClothParameters&)>& prepare);
+// PrepareOne for the first few of them. Not on the device thread.
+SharedParts PrepareImport(std::span<const SavedCloth> cloths, const BackendDescription& backend);
 
 }  // namespace drape

@@ -39,6 +39,9 @@ struct ClothCopy {
   std::shared_ptr<const void> model_charge{};  // filled in by Session::CreateCloths
 };
 
+// What BackendDescription::make_shared_parts has made, held until the cloths are there.
+using SharedParts = std::vector<std::shared_ptr<const void>>;
+
 // The input of Session::CreateCloths, in the frames that clients see.
 struct ClothCreation {
   // `model` was built from `description`, which is kept to build it again with other pins.
@@ -51,6 +54,7 @@ struct ClothCreation {
   // Filled in by Session::CreateCloths: for the copies' colliders, for the model (SharedModel).
   MapCharges map_charges{};
   std::shared_ptr<const void> model_charge{};
+  SharedParts shared_parts{};  // of PrepareCloths
 };
 
 // New values of some of the numbers of an Owner; the others stay.

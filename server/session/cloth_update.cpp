@@ -169,17 +169,18 @@ Status CheckWholeWorlds(std::span<const std::shared_ptr<ClothRecord>> cloths,
 
 }  // namespace
 
-void PrepareUpdate(std::span<const std::shared_ptr<ClothRecord>> cloths, const ClothChange& change,
-                   std::span<const ChangedModel> models,
-                   const std::function<void(const SceneModel&, const ClothParameters&)>& prepare) {
-  if (!prepare) return;
+SharedParts PrepareUpdate(std::span<const std::shared_ptr<ClothRecord>> cloths,
+                          const ClothChange& change, std::span<const ChangedModel> models,
+                          const BackendDescription& backend) {
+  SharedParts made;
   for (size_t k = 0; k < std::min(cloths.size(), kMaxPreparedCloths); ++k) {
     const auto before = cloths[k]->description();
     const Result<ClothParameters> after = ApplyChange(before->parameters, change, k);
-    if (!after.ok()) return;  // UpdateOnDevice says so
-    const SceneModel& model = models.empty() ? *before->model : *models[k].model;
-    prepare(model, OnDevice(model, *after, cloths[k]->placement));
+    if (!after.ok()) break;  // UpdateOnDevice says so
+    const auto& model = models.empty() ? before->model : models[k].model;
+    made.push_back(PrepareOne(backend, model, OnDevice(*model, *after, cloths[k]->placement)));
   }
+  return made;
 }
 
 ClothUpdater::ClothUpdater(std::vector<std::shared_ptr<ClothRecord>> cloths, ClothChange change,

@@ -57,10 +57,10 @@ class ClothUpdater {
 Status UpdateOnDevice(Backend& backend, std::vector<std::shared_ptr<ClothRecord>> cloths,
                       const ClothChange& change);
 
-// BackendDescription::prepare for the first few of the cloths as they will be.
-void PrepareUpdate(std::span<const std::shared_ptr<ClothRecord>> cloths, const ClothChange& change,
-                   std::span<const ChangedModel> models,
-                   const std::function<void(const SceneModel&, const ClothParameters&)>& prepare);
+// PrepareOne for the first few of the cloths as they will be.
+SharedParts PrepareUpdate(std::span<const std::shared_ptr<ClothRecord>> cloths,
+                          const ClothChange& change, std::span<const ChangedModel> models,
+                          const BackendDescription& backend);
 
 // The reason of the error of an update that came too late.
 inline constexpr char kUpdateConflict[] = "UPDATE_CONFLICT";

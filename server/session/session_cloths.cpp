@@ -214,14 +214,16 @@ void Session::UpdateCloths(ClothList cloths, ClothChange change,
     }
     models = std::move(built).value();
   }
-  if (change.may_need_programs()) {
-    PrepareUpdate(cloths, change, models, commons_->scheduler.description().prepare);
+  SharedParts made;
+  const BackendDescription& backend = commons_->scheduler.description();
+  if (!models.empty() || (backend.prepare && change.may_need_programs())) {
+    made = PrepareUpdate(cloths, change, models, backend);
   }
   const auto updater = std::make_shared<ClothUpdater>(std::move(cloths), std::move(change),
                                                       std::move(models), rules);
   const Status status =
       RunUpdate(commons_->scheduler, owner(), updater, std::move(stop_reason),
-                [self = shared_from_this(), updater, done](Backend&, const Status& outcome) {
+                [self = shared_from_this(), updater, done, made](Backend&, const Status& outcome) {
                   if (!outcome.ok()) self->DropEnded(updater->cloths());
                   const auto& first = updater->cloths().front();
                   self->commons_->scheduler.Complete(

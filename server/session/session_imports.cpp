@@ -79,15 +79,15 @@ void Session::Import(std::vector<SavedCloth> cloths, bool keeps_ids,
     ReleaseQuota(count, particles);
     return done(status);
   }
-  PrepareImport(cloths, commons_->scheduler.description().prepare);
+  SharedParts made = PrepareImport(cloths, commons_->scheduler.description());
   const auto maker = std::make_shared<ImportMaker>(std::move(cloths));
   const Status status = RunInSlices(
       commons_->scheduler, owner(), count, ClothsPerSlice(largest),
       [maker](Backend& backend, size_t begin, size_t end) {
         return maker->Make(backend, begin, end);
       },
-      [self = shared_from_this(), maker, keeps_ids, done, count, particles](Backend& backend,
-                                                                            const Status& outcome) {
+      [self = shared_from_this(), maker, keeps_ids, done, count, particles, made = std::move(made)](
+          Backend& backend, const Status& outcome) {
         Result<std::vector<ClothId>> answer = std::vector<ClothId>{};
         const Status worlds = self->CheckImportedWorlds(maker->cloths());
         if (!outcome.ok()) {

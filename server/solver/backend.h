@@ -43,6 +43,12 @@ struct BackendDescription {
   // thread need not; nothing else depends on it. May take seconds. Any thread but the device
   // thread, also after the backend has ended. Empty: there is nothing of the kind.
   std::function<void(const SceneModel&, const ClothParameters&)> prepare = {};
+  // Makes what cloths share that have this model, which takes long for a large one: while somebody
+  // holds the result, Create and Write of such a cloth find it. Any thread, also after the backend
+  // has ended. std::bad_alloc. Empty: there is nothing of the kind.
+  std::function<std::shared_ptr<const void>(const std::shared_ptr<const SceneModel>&,
+                                            const ClothParameters&)>
+      make_shared_parts = {};
 };
 
 // A particle that a cloth holds in a step besides its pins.

@@ -104,6 +104,11 @@ class BackendPair final : public DeviceBackend {
         if (first.Steps(model, parameters)) first.prepare(model, parameters);
       };
     }
+    description.make_shared_parts = [first = first_description_, second = second_description_](
+                                        const auto& model, const ClothParameters& parameters) {
+      const auto& made = (first.Steps(*model, parameters) ? first : second).make_shared_parts;
+      return made ? made(model, parameters) : nullptr;
+    };
     return description;
   }
 

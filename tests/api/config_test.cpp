@@ -58,6 +58,8 @@ TEST(Config, UsageErrorsAreTwoAndHelpIsZero) {
                            "--listen=127.0.0.1:-1", "--listen=:1", "--listen=127.0.0.1:http"}) {
     EXPECT_EQ(Parse({flag}).exit_code, 2) << flag;
   }
+  EXPECT_EQ(Parse({"--token-file=", "--listen=127.0.0.1:0"}).exit_code, 2)
+      << "the flag behind it is no value";
 }
 
 class ConfigFileTest : public testing::Test {

@@ -38,8 +38,8 @@ std::vector<Vec4> ToVec4s(const std::vector<Vector3d>& vectors) {
 }
 
 // A cloth and the backend's data about it.
-struct Cloth {
-  Cloth(std::shared_ptr<const FloatModel> its_model, const Scene& scene)
+struct NearCloth {
+  NearCloth(std::shared_ptr<const FloatModel> its_model, const Scene& scene)
       : model(std::move(its_model)),
         parameters(scene.parameters),
         controls(*model, parameters, false),
@@ -81,8 +81,8 @@ struct Counts {
   uint64_t repeats = 0;
 };
 
-Cloth PlayAlone(const Scene& scene, uint32_t steps, bool leaves_out_colliders, Counts& counts) {
-  Cloth cloth(std::make_shared<FloatModel>(scene.model), scene);
+NearCloth PlayAlone(const Scene& scene, uint32_t steps, bool leaves_out_colliders, Counts& counts) {
+  NearCloth cloth(std::make_shared<FloatModel>(scene.model), scene);
   StepScratch scratch;
   for (uint32_t k = 0; k < steps; ++k) {
     cloth.End(StepCloth(cloth.Context(scratch, leaves_out_colliders), true, cloth.state));
@@ -92,15 +92,17 @@ Cloth PlayAlone(const Scene& scene, uint32_t steps, bool leaves_out_colliders, C
   return cloth;
 }
 
-std::vector<Cloth> PlayTogether(const std::vector<Scene>& scenes, uint32_t steps, Counts& counts) {
+std::vector<NearCloth> PlayTogether(const std::vector<Scene>& scenes, uint32_t steps,
+                                    Counts& counts) {
   const auto model = std::make_shared<FloatModel>(scenes[0].model);
-  std::vector<Cloth> cloths;
+  std::vector<NearCloth> cloths;
   for (const Scene& scene : scenes) cloths.emplace_back(model, scene);
   StepScratch single;
   GroupScratch lanes;
   for (uint32_t k = 0; k < steps; ++k) {
     std::vector<GroupCloth> group;
-    for (Cloth& cloth : cloths) group.push_back({cloth.Context(single, true), true, cloth.state});
+    for (NearCloth& cloth : cloths)
+      group.push_back({cloth.Context(single, true), true, cloth.state});
     StepCloths(group, lanes);
     for (size_t lane = 0; lane < cloths.size(); ++lane) cloths[lane].End(group[lane].report);
     counts.far_steps += lanes.reaches[0].has_far ? 1 : 0;
@@ -113,7 +115,7 @@ bool SameBits(const std::vector<Vec4>& a, const std::vector<Vec4>& b) {
   return a.size() == b.size() && std::memcmp(a.data(), b.data(), a.size() * sizeof(Vec4)) == 0;
 }
 
-void ExpectSame(const Cloth& actual, const Cloth& expected, const std::string& where) {
+void ExpectSame(const NearCloth& actual, const NearCloth& expected, const std::string& where) {
   EXPECT_TRUE(SameBits(actual.state.positions, expected.state.positions)) << where;
   EXPECT_TRUE(SameBits(actual.state.velocities, expected.state.velocities)) << where;
   ASSERT_EQ(actual.reports.size(), expected.reports.size());
@@ -130,15 +132,15 @@ INSTANTIATE_TEST_SUITE_P(Scenes, ColliderReachTest, testing::ValuesIn(test::Reac
 TEST_P(ColliderReachTest, AloneTheBitsAreThoseOfAllColliders) {
   const test::ReachCase& one = GetParam();
   Counts counts, of_all;
-  const Cloth cloth = PlayAlone(one.scene, one.steps, true, counts);
-  const Cloth expected = PlayAlone(one.scene, one.steps, false, of_all);
+  const NearCloth cloth = PlayAlone(one.scene, one.steps, true, counts);
+  const NearCloth expected = PlayAlone(one.scene, one.steps, false, of_all);
   ExpectSame(cloth, expected, one.scene.name);
   EXPECT_EQ(of_all.far_steps + of_all.repeats, 0u);
   EXPECT_GT(counts.far_steps + counts.repeats, 0u);
   Scene empty = one.scene;
   empty.parameters.colliders = {test::Wall(1e4)};
   empty.parameters.collider_motions.clear();
-  const Cloth alone = PlayAlone(empty, one.steps, false, of_all);
+  const NearCloth alone = PlayAlone(empty, one.steps, false, of_all);
   EXPECT_EQ(!SameBits(alone.state.velocities, expected.state.velocities), one.meets);
   EXPECT_EQ(counts.repeats > 0, one.repeats) << counts.repeats;
 }
@@ -157,7 +159,7 @@ TEST_P(ColliderReachTest, InLanesTheBitsAreThoseOfAllCollidersAlone) {
     scene.parameters.gravity_m_per_s2.x() = 0.1 * k;
   }
   Counts counts, of_all;
-  const std::vector<Cloth> cloths = PlayTogether(scenes, one.steps, counts);
+  const std::vector<NearCloth> cloths = PlayTogether(scenes, one.steps, counts);
   for (size_t k = 0; k < scenes.size(); ++k) {
     ExpectSame(cloths[k], PlayAlone(scenes[k], one.steps, false, of_all),
                one.scene.name + " " + std::to_string(k));
@@ -180,7 +182,7 @@ const Look kLooks[] = {
 TEST(ReachWatchTest, OneParticleThatLeavesItsRangeIsNoticed) {
   Scene scene = test::ReachSheet("sheet", Preset::kRealtime, 9, 8);
   scene.parameters.colliders = {test::Wall(30)};
-  const Cloth cloth(std::make_shared<FloatModel>(scene.model), scene);
+  const NearCloth cloth(std::make_shared<FloatModel>(scene.model), scene);
   StepScratch scratch;
   for (const Look& look : kLooks) {
     for (const float speed : {0.0f, 1e4f, std::numeric_limits<float>::quiet_NaN()}) {
@@ -259,7 +261,7 @@ TEST(AddNearTest, NothingInTheRangeTouchesWhatIsLeftOut) {
   uint32_t far = 0;
   for (uint32_t seed = 0; seed < 2000; ++seed) {
     AnyScene any(seed);
-    const Cloth cloth(std::make_shared<FloatModel>(any.scene().model), any.scene());
+    const NearCloth cloth(std::make_shared<FloatModel>(any.scene().model), any.scene());
     StepScratch scratch;
     const StepContext context = cloth.Context(scratch, true);
     std::vector<uint32_t> near;
@@ -279,7 +281,7 @@ TEST(AddNearTest, CollidersBelowASheetAreLeftOutBeyondItsReach) {
     for (const auto& [kind, collider] : test::EveryKind(top_m)) {
       Scene scene = test::ReachSheet(kind, Preset::kRealtime, 9, 8);
       scene.parameters.colliders = {collider};
-      const Cloth cloth(std::make_shared<FloatModel>(scene.model), scene);
+      const NearCloth cloth(std::make_shared<FloatModel>(scene.model), scene);
       StepScratch scratch;
       std::vector<uint32_t> near;
       AddNear(cloth.Context(scratch, true), cloth.state, near);

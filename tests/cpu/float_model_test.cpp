@@ -2,8 +2,15 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <barrier>
+#include <cstddef>
+#include <memory>
 #include <set>
+#include <thread>
+#include <vector>
 
+#include "server/solver/cpu/cpu_cloth.h"
 #include "server/solver/cpu/model/layout.h"
 #include "tests/support/scenes.h"
 
@@ -82,6 +89,46 @@ TEST(FloatModelCacheTest, ModelsThatDifferByPinsShareALayout) {
   const auto without_a_link = cache.Get(HeldAt({0, 1}));
   EXPECT_EQ(&without_a_link->layout(), without_a_link.get());
   EXPECT_EQ(&cache.Get(HeldAt({0, 1, 20}))->layout(), without_a_link.get());
+}
+
+TEST(FloatModelCacheTest, ThreadsThatComeTogetherGetTheSame) {
+  constexpr size_t kThreads = 8;
+  for (int round = 0; round < 20; ++round) {
+    FloatModelCache cache;
+    const std::vector models = {HeldAt({3}), HeldAt({0, 14}), HeldAt({}), HeldAt({7})};
+    std::vector<std::vector<std::shared_ptr<const FloatModel>>> got(kThreads);
+    std::barrier begin(kThreads);
+    std::vector<std::thread> threads;
+    for (size_t t = 0; t < kThreads; ++t) {
+      threads.emplace_back([&, t] {
+        begin.arrive_and_wait();
+        for (size_t k = 0; k < models.size(); ++k) {
+          got[t].push_back(cache.Get(models[(t + k) % models.size()]));
+        }
+        std::rotate(got[t].begin(), got[t].end() - static_cast<std::ptrdiff_t>(t % models.size()),
+                    got[t].end());
+      });
+    }
+    for (std::thread& thread : threads) thread.join();
+    for (size_t t = 1; t < kThreads; ++t) EXPECT_EQ(got[t], got[0]);
+    for (const auto& model : got[0]) EXPECT_EQ(&model->layout(), &got[0][0]->layout());
+    EXPECT_EQ(cache.size(), models.size());
+  }
+}
+
+TEST(SharedPartsTest, AreThereAsLongAsTheyAreHeld) {
+  SharedParts parts;
+  const auto model = HeldAt({3});
+  ClothParameters parameters;
+  parameters.self_collision.emplace();
+  auto held = parts.ForCloth(model, parameters);
+  const FloatModel* const made = parts.models.Get(model).get();
+  const ContactSurface* const surface = parts.surfaces.Get(model).get();
+  EXPECT_EQ(parts.models.Get(model).get(), made);
+  EXPECT_EQ(parts.surfaces.Get(model).get(), surface);
+  EXPECT_EQ(parts.models.size(), 1u);
+  held.reset();
+  EXPECT_EQ(parts.models.size(), 0u);
 }
 
 // Strips that cross at the pin of the layout alone are solved in one phase, which is wrong where

@@ -2,6 +2,10 @@
 
 #include <gtest/gtest.h>
 
+#include <memory>
+#include <utility>
+#include <vector>
+
 #include "tests/session/session_fixture.h"
 
 namespace drape {
@@ -45,6 +49,29 @@ TEST_F(ClothCreationTest, FreeingTwiceFreesOnce) {
   FreeCloth(backend_, *maker.made()[0]);
   FreeCloth(backend_, *maker.made()[0]);
   EXPECT_EQ(device_->live_cloths(), 0u);
+}
+
+// A large model takes the device thread long if its parts are not there yet.
+TEST_F(ClothCreationTest, SharedPartsAreMadeBeforeAndHeldUntilTheClothsAreThere) {
+  ClothCreation creation = Chains(20, 2);
+  const auto part = std::make_shared<const int>(7);
+  BackendDescription backend = backend_.Describe();
+  std::vector<const SceneModel*> models;
+  backend.make_shared_parts = [&](const auto& model, const ClothParameters&) {
+    models.push_back(model.get());
+    return part;
+  };
+  PrepareCloths(creation, backend);
+  EXPECT_EQ(models, std::vector<const SceneModel*>(kMaxPreparedCloths, creation.model.get()));
+  EXPECT_EQ(part.use_count(), 1 + static_cast<long>(kMaxPreparedCloths));
+  {
+    const auto model = creation.model;
+    ClothMaker maker(std::exchange(creation, {}), model, "plan");
+    EXPECT_TRUE(maker.Make(backend_, 0, 20).ok());
+    EXPECT_EQ(part.use_count(), 1 + static_cast<long>(kMaxPreparedCloths));
+    maker.Unmake(backend_);
+  }
+  EXPECT_EQ(part.use_count(), 1);
 }
 
 TEST_F(ClothCreationTest, PinsAreSortedByParticle) {

@@ -11,7 +11,7 @@
 #include <chrono>
 #include <deque>
 #include <fstream>
-#include <mutex>
+#include <memory>
 #include <new>
 #include <numeric>
 #include <optional>
@@ -70,7 +70,11 @@ class CpuBackend final : public Backend {
             .scalar = ScalarType::kFloat32,
             .has_cheap_impulses = true,
             .plan_of = [plan = lane_count_ > 1 ? "lanes" : "single"](
-                           const SceneModel&, const ClothParameters&) { return plan; }};
+                           const SceneModel&, const ClothParameters&) { return plan; },
+            .make_shared_parts =
+                [made = made_](const auto& model, const auto& parameters) {
+                  return made->ForCloth(model, parameters);
+                }};
   }
 
   Result<ClothHandle> Create(std::shared_ptr<const SceneModel> model,
@@ -78,10 +82,10 @@ class CpuBackend final : public Backend {
       try {
     DRAPE_RETURN_IF_ERROR(CheckStateFits(*model, parameters, state));
     Cloth cloth;
-    cloth.model = models_.Get(model);
+    cloth.model = made_->models.Get(model);
     cloth.parameters = parameters;
     SetScheme(cloth);
-    SetSurfaces(cloth, surfaces_, parts_);
+    SetSurfaces(cloth, *made_);
     cloth.state = ToFloat(state, cloth.model->particle_count);
     for (const uint32_t pin : cloth.model->pins) {
       cloth.pin_targets.push_back(cloth.state.positions[pin]);
@@ -157,7 +161,7 @@ class CpuBackend final : public Backend {
     Abandon(cloth);
     DRAPE_RETURN_IF_ERROR(CheckUpdateFits(*cloth.model->source, cloth.parameters, update));
     Cloth changed = cloth;
-    if (update.model) changed.model = models_.Get(update.model);
+    if (update.model) changed.model = made_->models.Get(update.model);
     if (update.parameters) changed.parameters = *update.parameters;
     if (update.state) {
       changed.state = ToFloat(*update.state, changed.model->particle_count);
@@ -176,7 +180,7 @@ class CpuBackend final : public Backend {
     // Energy is watched where no collider moves.
     if (update.model || update.parameters || update.rest_lengths_m || update.collider_motions) {
       SetScheme(changed);
-      SetSurfaces(changed, surfaces_, parts_);
+      SetSurfaces(changed, *made_);
     }
     changed.may_cross_itself = update.may_cross_itself;
     cloth = std::move(changed);
@@ -463,8 +467,7 @@ class CpuBackend final : public Backend {
 
   // Kept by the first cloth.
   std::shared_ptr<const World> GetWorld(std::span<Cloth* const> cloths) {
-    const std::lock_guard lock(surfaces_mutex_);  // of the cache; several threads step worlds
-    return WorldOf(cloths, surfaces_);
+    return WorldOf(cloths, made_->surfaces);
   }
 
   StepContext ContextOf(Cloth& cloth, const StepItem& item, const Scheme& scheme, StepTeam& team,
@@ -477,10 +480,7 @@ class CpuBackend final : public Backend {
   const uint32_t lane_count_;  // 1: every cloth is stepped alone
   const bool leaves_out_colliders_;
   std::vector<ThreadScratch> scratch_;  // one per thread of the arena
-  FloatModelCache models_;
-  ContactSurfaceCache surfaces_;
-  SurfacePartsCache parts_;
-  std::mutex surfaces_mutex_;
+  const std::shared_ptr<SharedParts> made_ = std::make_shared<SharedParts>();
   ClothSlots<Cloth> cloths_;
 };
 

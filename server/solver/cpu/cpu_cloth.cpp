@@ -107,11 +107,22 @@ void SetScheme(Cloth& cloth) {
       std::make_shared<const Scheme>(*cloth.model, cloth.parameters, cloth.own_lengths.has_value());
 }
 
-void SetSurfaces(Cloth& cloth, ContactSurfaceCache& surfaces, SurfacePartsCache& parts) {
+void SetSurfaces(Cloth& cloth, SharedParts& made) {
   const FloatControls& controls = cloth.scheme->controls;
   const bool has_parts = controls.plan.solver.has_surface_contacts;
-  cloth.surface_parts = has_parts ? parts.Get(cloth.model->source) : nullptr;
-  cloth.contact_surface = controls.touches_itself ? surfaces.Get(cloth.model->source) : nullptr;
+  const std::shared_ptr<const SceneModel>& model = cloth.model->source;
+  cloth.surface_parts = has_parts ? made.parts.Get(model) : nullptr;
+  cloth.contact_surface = controls.touches_itself ? made.surfaces.Get(model) : nullptr;
+}
+
+std::shared_ptr<const void> SharedParts::ForCloth(const std::shared_ptr<const SceneModel>& model,
+                                                  const ClothParameters& parameters) {
+  auto cloth = std::make_shared<Cloth>();
+  cloth->model = models.Get(model);
+  cloth->parameters = parameters;
+  SetScheme(*cloth);
+  SetSurfaces(*cloth, *this);
+  return cloth;
 }
 
 void EndSelfContacts(Cloth& cloth, const StepReport& report, const StepScratch& scratch) {

@@ -36,6 +36,17 @@ struct Scheme {
   std::optional<FloatControls> calmer_controls;  // of a watched cloth that has a calmer scheme
 };
 
+// What cloths of the same model share. Thread-safe.
+struct SharedParts {
+  // All that a cloth with these parameters takes from here, as long as the result is held.
+  std::shared_ptr<const void> ForCloth(const std::shared_ptr<const SceneModel>& model,
+                                       const ClothParameters& parameters);
+
+  FloatModelCache models{};
+  ContactSurfaceCache surfaces{};
+  SurfacePartsCache parts{};
+};
+
 // A cloth of the backend.
 struct Cloth {
   std::shared_ptr<const FloatModel> model;
@@ -70,7 +81,7 @@ void Append(const std::vector<Vec4>& values, uint32_t particle_count,
 // Sets its scheme. Another object each time.
 void SetScheme(Cloth& cloth);
 // After its scheme: what of it touches itself, and colliders.
-void SetSurfaces(Cloth& cloth, ContactSurfaceCache& surfaces, SurfacePartsCache& parts);
+void SetSurfaces(Cloth& cloth, SharedParts& made);
 
 // Empty: none.
 std::optional<OwnLengths> ToOwnLengths(std::span<const double> rest_lengths_m,

@@ -418,34 +418,64 @@ std::shared_ptr<const ElasticEntries> ElasticEntriesCache::Get(const FloatModel&
   return made;
 }
 
-std::shared_ptr<const FloatModel> FloatModelCache::FindLayout(const SceneModel& model,
-                                                              uint64_t hash) const {
-  const auto [begin, end] = layouts_.equal_range(hash);
-  for (auto entry = begin; entry != end; ++entry) {
-    const auto layout = entry->second.lock();
-    if (layout != nullptr && FitsLayout(model, *layout->source)) return layout;
+std::shared_ptr<const FloatModel> FloatModelCache::Find(const SceneModel* model) const {
+  const std::lock_guard lock(mutex_);
+  const auto entry = models_.find(model);
+  return entry == models_.end() ? nullptr : entry->second.lock();
+}
+
+FloatModelCache::Layout FloatModelCache::FindLayout(const SceneModel& model, uint64_t hash) const {
+  Layout found;
+  std::vector<std::shared_ptr<const FloatModel>> candidates;
+  {
+    const std::lock_guard lock(mutex_);
+    found.last = last_layout_;
+    const auto [begin, end] = layouts_.equal_range(hash);
+    for (auto entry = begin; entry != end; ++entry) candidates.push_back(entry->second.lock());
   }
-  return nullptr;
+  for (auto& layout : candidates) {
+    if (layout == nullptr || !FitsLayout(model, *layout->source)) continue;
+    found.model = std::move(layout);
+    break;
+  }
+  return found;
+}
+
+std::shared_ptr<const FloatModel> FloatModelCache::Add(
+    const SceneModel* model, uint64_t hash, const Layout& layout,
+    const std::shared_ptr<const FloatModel>& made) {
+  const std::lock_guard lock(mutex_);
+  std::weak_ptr<const FloatModel>& entry = models_[model];
+  if (auto other = entry.lock()) return other;
+  const bool is_layout = layout.model == nullptr;
+  if (is_layout && layout.last != last_layout_) return nullptr;
+  entry = made;
+  const auto is_expired = [](const auto& item) { return item.second.expired(); };
+  std::erase_if(models_, is_expired);
+  std::erase_if(layouts_, is_expired);
+  if (is_layout) {
+    layouts_.emplace(hash, made);
+    ++last_layout_;
+  }
+  return made;
 }
 
 std::shared_ptr<const FloatModel> FloatModelCache::Get(
     const std::shared_ptr<const SceneModel>& model) {
-  std::weak_ptr<const FloatModel>& entry = models_[model.get()];
-  if (auto found = entry.lock()) return found;
-  const auto is_expired = [](const auto& item) { return item.second.expired(); };
-  std::erase_if(models_,
-                [&](const auto& item) { return item.first != model.get() && is_expired(item); });
-  std::erase_if(layouts_, is_expired);
+  if (auto found = Find(model.get())) return found;
   const uint64_t hash = LayoutHash(*model);
-  auto layout = FindLayout(*model, hash);
-  const bool is_layout = layout == nullptr;
-  auto made = std::make_shared<const FloatModel>(model, std::move(layout));
-  if (is_layout) layouts_.emplace(hash, made);
-  models_[model.get()] = made;
-  return made;
+  std::shared_ptr<const FloatModel> made;  // as a layout, if it was to be one once
+  while (true) {
+    const Layout layout = FindLayout(*model, hash);
+    if (made == nullptr || layout.model != nullptr) {
+      made = std::make_shared<const FloatModel>(model, layout.model);
+    }
+    if (auto added = Add(model.get(), hash, layout, made)) return added;
+  }
 }
 
 size_t FloatModelCache::size() const {
+  const std::lock_guard lock(mutex_);
   return static_cast<size_t>(std::count_if(
       models_.begin(), models_.end(), [](const auto& item) { return !item.second.expired(); }));
 }

@@ -259,7 +259,8 @@ struct FloatModel {
   std::shared_ptr<const FloatModel> layout_;
 };
 
-// One FloatModel per SceneModel object, for as long as a cloth uses it. One thread.
+// One FloatModel per SceneModel object, for as long as somebody uses it. Thread-safe; who gets what
+// is there does not wait for others who make another one.
 class FloatModelCache {
  public:
   std::shared_ptr<const FloatModel> Get(const std::shared_ptr<const SceneModel>& model);
@@ -267,9 +268,21 @@ class FloatModelCache {
   size_t size() const;
 
  private:
-  // Null: none in use fits.
-  std::shared_ptr<const FloatModel> FindLayout(const SceneModel& model, uint64_t hash) const;
+  struct Layout {
+    std::shared_ptr<const FloatModel> model;  // null: none in use fits
+    uint64_t last = 0;                        // the number of the newest one that was looked at
+  };
+  Layout FindLayout(const SceneModel& model, uint64_t hash) const;
+  // What is there, or null.
+  std::shared_ptr<const FloatModel> Find(const SceneModel* model) const;
+  // Adds what was made for a model, as a layout if it is one; returns what is there now. Null: a
+  // layout has come since FindLayout.
+  std::shared_ptr<const FloatModel> Add(const SceneModel* model, uint64_t hash,
+                                        const Layout& layout,
+                                        const std::shared_ptr<const FloatModel>& made);
 
+  mutable std::mutex mutex_;
+  uint64_t last_layout_ = 0;  // number
   std::unordered_map<const SceneModel*, std::weak_ptr<const FloatModel>> models_;
   // Those that are their own layouts, by LayoutHash.
   std::unordered_multimap<uint64_t, std::weak_ptr<const FloatModel>> layouts_;
