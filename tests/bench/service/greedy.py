@@ -14,7 +14,7 @@ import numpy as np
 
 import drape
 import drape.mesh
-from drape import ClothSpec, Collider, Environment, Grid
+from drape import ClothSpec, Collider, Environment, Grid, Pin
 
 RINGS = 256  # 2 RINGS^2 triangles: as many as a server takes
 DATA, HEADERS, RST_STREAM, SETTINGS, WINDOW_UPDATE, CONTINUATION = 0, 1, 3, 4, 8, 9
@@ -201,13 +201,31 @@ def builds(address, token):
     time.sleep(1e9)
 
 
+def meshes(address, token):
+    """Cloths of nearly a million triangles, made, stepped once and deleted, one after the other. Ends if the server refuses them."""
+    cells = 707
+    row, column = np.divmod(np.arange(cells * cells), cells)
+    corner = row * (cells + 1) + column
+    below = corner + cells + 1
+    triangles = np.concatenate([np.stack([corner, corner + 1, below], 1), np.stack([corner + 1, below + 1, below], 1)])
+    x, y = np.meshgrid(*2 * [np.linspace(0, 1, cells + 1)])
+    spec = ClothSpec(mesh=drape.mesh.from_arrays(np.stack([x, y, 0 * x], 2).reshape(-1, 3), triangles),
+                     pins=[Pin(particle=0), Pin(particle=cells)])
+    session = drape.connect(address, token=token).session()
+    while True:
+        cloth = session.create(spec)
+        cloth.step(1)
+        cloth.delete()
+
+
 FLOODS = {flood.__name__: flood for flood in (rapid_reset, messages_reset, continuation, half_messages, uploads)}
 
 
 def main():
     kind, address, *rest = sys.argv[1:]
-    if kind == "builds":
-        builds(address, pathlib.Path(rest[0]).read_text() if rest else None)
+    if kind in ("builds", "meshes"):
+        make = builds if kind == "builds" else meshes
+        make(address, pathlib.Path(rest[0]).read_text() if rest else None)
     else:
         FLOODS[kind](address)
 

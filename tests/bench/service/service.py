@@ -197,11 +197,14 @@ def neighbours(bench):
     def builds(server):
         return [[*GREEDY, "builds", server.address, server.token_file(others[0])]]
 
+    def meshes(server):
+        return [[*GREEDY, "meshes", server.address, server.token_file(others[0])]]
+
     def sessions_without_end(server):
         return [load_command(server, "--request=session", "--side", 8, "--concurrency-range=16", *ENDLESS, tenant=others[0])]
 
     cases = {"nobody": lambda _: [], f"{TENANTS} tenants with {few} cloths each": crowd, f"a cloth of {side * side} particles": large,
-             "colliders of 131 072 triangles": builds, "16 clients that make sessions": sessions_without_end}
+             "colliders of 131 072 triangles": builds, "cloths of 999 698 triangles": meshes, "16 clients that make sessions": sessions_without_end}
     for case, commands in cases.items():
         with bench.draped(tenants=["modest", *others]) as server:
             with Beside(commands(server), settle_s=3 if bench.is_quick else 15):
@@ -224,6 +227,27 @@ def fairness(bench):
                 shares.append(load(server, *sheets(count), *window, tenant=measured)["cloth_steps_per_s"])
         bench.add("fairness", f"tenant {measured} clients", cloth_steps_per_s=shares[-1])
     bench.add("fairness", "all", jain=sum(shares) ** 2 / (len(shares) * sum(share**2 for share in shares)))
+
+
+def saved(bench):
+    """States of 64 cloths that the server saves and loads by name (SaveStates, LoadStates), as a search for actions does: a step
+    between two of them. A step of the same cloths for comparison."""
+    rounds = 5 if bench.is_quick else 200
+    for side in (16, 32):
+        spec = ClothSpec(grid=Grid(columns=side, rows=side, width_m=1, height_m=1), pins=[Pin(particle=0), Pin(particle=side - 1)])
+        calls = {"save": lambda: cloths.save("point"), "load": lambda: cloths.load("point"), "step": lambda: cloths.step(1)}
+        times_ms = {call: [] for call in calls}
+        with bench.draped() as server, drape.connect(server.address) as client:
+            cloths = client.session().create(spec, 64)
+            for _ in range(rounds):
+                for name, call in calls.items():
+                    begin = time.perf_counter()
+                    call()
+                    times_ms[name].append(1e3 * (time.perf_counter() - begin))
+        for name, times in times_ms.items():
+            ordered = sorted(times)
+            bench.add("saved", f"{name} 64 cloths of {side * side} particles", p50_ms=statistics.median(ordered),
+                      p95_ms=ordered[int(0.95 * len(ordered))])
 
 
 def memory(bench):
@@ -320,7 +344,7 @@ def settled_bytes(folder):
 
 
 PARTS = {part.__name__: part
-         for part in (sessions, requests, viewers, stalled, audience, neighbours, fairness, memory, floods, restart, traffic)}
+         for part in (sessions, requests, viewers, stalled, audience, neighbours, fairness, saved, memory, floods, restart, traffic)}
 
 
 def table(rows):
