@@ -370,7 +370,7 @@ class ClothsBase(Controls):
     def _take(self, response, rows, request, reader=None):
         """The answer to a step; also what the batch knows from it."""
         every = self._every(rows)
-        answer = states.Answer(every, np.array(response.steps, np.uint64), timing=response.timing,
+        answer = states.Answer(every, np.fromiter(response.steps, np.uint64, len(response.steps)), timing=response.timing,
                                faulted=np.zeros(len(every), bool), reports=list(response.reports))
         self.step_count[every] = answer.step_count
         if response.faulted_cloth_ids or np.count_nonzero(self.faulted):
