@@ -33,6 +33,7 @@ ROUNDS = 3
 # Of tests/traffic/traffic_test.cpp.
 TRAFFIC_FIGURES = ("operations", "cuts", "kills", "drains", "retries", "steps", "frames", "lost", "doubled", "findings", "oldest_checkpoint_ms")
 ENDLESS = ("-p", 3_600_000)
+BUSY = "two processes that only compute"
 
 
 class Bench:
@@ -197,19 +198,26 @@ def neighbours(bench):
     def builds(server):
         return [[*GREEDY, "builds", server.address, server.token_file(others[0])]]
 
+    def busy(server):
+        return [[*GREEDY, "busy", server.address]] * 2
+
     def meshes(server):
         return [[*GREEDY, "meshes", server.address, server.token_file(others[0])]]
 
     def sessions_without_end(server):
         return [load_command(server, "--request=session", "--side", 8, "--concurrency-range=16", *ENDLESS, tenant=others[0])]
 
-    cases = {"nobody": lambda _: [], f"{TENANTS} tenants with {few} cloths each": crowd, f"a cloth of {side * side} particles": large,
-             "colliders of 131 072 triangles": builds, "cloths of 999 698 triangles": meshes, "16 clients that make sessions": sessions_without_end}
+    cases = {"nobody": lambda _: [], BUSY: busy, f"{TENANTS} tenants with {few} cloths each": crowd,
+             f"a cloth of {side * side} particles": large, "colliders of 131 072 triangles": builds,
+             "cloths of 999 698 triangles": meshes, "16 clients that make sessions": sessions_without_end}
+    undisturbed_ms = None
     for case, commands in cases.items():
         with bench.draped(tenants=["modest", *others]) as server:
             with Beside(commands(server), settle_s=3 if bench.is_quick else 15):
                 level = load(server, *SHEET, "--concurrency-range=1", "--request-timeout", 600, *bench.window, tenant="modest")
-                bench.add("neighbours", case, **latency(level), dispatches=level["p99_ms"] / DISPATCH_MS, resident_mb=server.resident_mb())
+                undisturbed_ms = undisturbed_ms or level["p99_ms"]
+                bench.add("neighbours", case, **latency(level), p99_per_undisturbed=level["p99_ms"] / undisturbed_ms,
+                          dispatches=level["p99_ms"] / DISPATCH_MS, resident_mb=server.resident_mb())
 
 
 def fairness(bench):
@@ -269,7 +277,8 @@ def memory(bench):
 def floods(bench):
     """Memory, and the latency of an undisturbed client's Step, while two clients of another address flood the server, and
     while they flood it through the proxy of docker/exposed. Without the proxy the server may take 12 GB of memory."""
-    for kind in ("nobody", *FLOODS):
+    undisturbed_ms = {}
+    for kind in ("nobody", "busy", *FLOODS):
         for is_behind in (False, True):
             with contextlib.ExitStack() as running:
                 server = running.enter_context(
@@ -279,14 +288,16 @@ def floods(bench):
                 commands = [] if kind == "nobody" else [[*GREEDY, kind, address]] * 2
                 running.enter_context(Beside(commands, settle_s=1 if bench.is_quick else 5))
                 try:
-                    figures = latency(load(server, *SHEET, "--concurrency-range=1", *bench.window, address=address))
+                    level = load(server, *SHEET, "--concurrency-range=1", *bench.window, address=address)
+                    undisturbed_ms.setdefault(is_behind, level["p99_ms"])
+                    figures = {**latency(level), "p99_per_undisturbed": level["p99_ms"] / undisturbed_ms[is_behind]}
                 except RuntimeError:  # nobody else gets in
                     figures = {"failed": "all"}
                 if proxy:
                     figures["proxy_mb"] = proxy.resident_mb()
                 if server.is_alive:
                     figures["resident_mb"] = server.resident_mb()
-                bench.add("floods", kind.replace("_", " ") + (", behind HAProxy" if proxy else ""), **figures,
+                bench.add("floods", (BUSY if kind == "busy" else kind.replace("_", " ")) + (", behind HAProxy" if proxy else ""), **figures,
                           alive=int(server.is_alive))
 
 
