@@ -52,8 +52,7 @@ Collider SharpCollider(uint32_t kind, const Vector3d& corner, double width, doub
 // A ball or a thick capsule there, whose edges AUTO never touches.
 Collider RoundCollider(bool is_ball, double width, Numbers& random) {
   const double radius = random.In(0.12, 0.3), top = random.In(-0.05, -0.01);
-  const Vector3d centre(random.In(0.2, 0.8) * width, top - radius,
-                        radius + random.In(0.06, 0.2));
+  const Vector3d centre(random.In(0.2, 0.8) * width, top - radius, radius + random.In(0.06, 0.2));
   if (is_ball) return SphereAt(centre, radius);
   const Vector3d along(random.In(0.2, 0.5), 0, random.In(-0.1, 0.1));
   return CapsuleBetween(centre - along, centre + along, radius);
@@ -77,7 +76,8 @@ bool IsClearBetween(const Drag& drag, const Collider& collider) {
     for (int part = 1; part < 50; ++part) {
       const Vector3d between =
           held[0].target_m + part / 50.0 * (held.back().target_m - held[0].target_m);
-      if (SurfaceOf(collider, between).distance_m <= drag.scene.parameters.thickness_m) return false;
+      if (SurfaceOf(collider, between).distance_m <= drag.scene.parameters.thickness_m)
+        return false;
     }
   }
   return true;
@@ -129,8 +129,7 @@ Drag RandomDrag(uint32_t seed) {
   const double speed = std::pow(10, random.In(-1, 0));
   drag.drag_s = std::min(3.0, random.In(0.3, 0.6) / speed);
   do {
-    parameters.colliders = {
-        SharpCollider(seed % 4, corner, towel.width, towel.edge_m(), random)};
+    parameters.colliders = {SharpCollider(seed % 4, corner, towel.width, towel.edge_m(), random)};
     const Vector3d along(random.In(-0.7, 0.7), random.In(-1, 0.7), random.In(-1, 0.2));
     drag.velocities.assign(drag.held.size(), speed * along.normalized());
   } while (!IsClear(drag, parameters.colliders[0]));
@@ -160,9 +159,9 @@ Drag RandomDragToRest(uint32_t seed) {
   drag.drag_s = std::min(3.0, random.In(0.2, 0.6) / speed);
   const uint32_t kind = random.Below(6);
   do {
-    parameters.colliders = {kind < 4 ? SharpCollider(kind, Vector3d::Zero(), towel.width,
-                                                     towel.edge_m(), random)
-                                     : RoundCollider(kind == 4, towel.width, random)};
+    parameters.colliders = {
+        kind < 4 ? SharpCollider(kind, Vector3d::Zero(), towel.width, towel.edge_m(), random)
+                 : RoundCollider(kind == 4, towel.width, random)};
     const Vector3d along(random.In(-0.7, 0.7), random.In(-1, 0.7), random.In(-1, 0.2));
     drag.velocities.assign(drag.held.size(), speed * along.normalized());
     if (drag.held.size() == 2) {

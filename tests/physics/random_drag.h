@@ -16,7 +16,7 @@ struct Drag {
   Scene scene;
   bool is_mesh = false;
   std::vector<uint32_t> held;
-  std::vector<Eigen::Vector3d> starts;  // of what is held
+  std::vector<Eigen::Vector3d> starts;      // of what is held
   std::vector<Eigen::Vector3d> velocities;  // the same
   bool is_gripped = false;                  // else it is pinned
   double cell_m = 0;
@@ -32,14 +32,14 @@ struct Drag {
   }
 };
 
-// 0.5 to 0.8 m wide, of 12 to 24 particles a side: grids and meshes, pinned and gripped, in steps of
-// 1/60 and 1/120 s, over tables, boxes, cylinders and thin capsules. Every fifth is far from the
+// 0.5 to 0.8 m wide, of 12 to 24 particles a side: grids and meshes, pinned and gripped, in steps
+// of 1/60 and 1/120 s, over tables, boxes, cylinders and thin capsules. Every fifth is far from the
 // origin.
 Drag RandomDrag(uint32_t seed);
 
-// More kinds, all at the origin: fabrics too, steps of 1/240 to 1/30 s, any friction, also balls and
-// thick capsules; what is held may come closer together on the way, never apart. The cloth is damped
-// by 2/s.
+// More kinds, all at the origin: fabrics too, steps of 1/240 to 1/30 s, any friction, also balls
+// and thick capsules; what is held may come closer together on the way, never apart. The cloth is
+// damped by 2/s.
 Drag RandomDragToRest(uint32_t seed);
 
 }  // namespace drape::test

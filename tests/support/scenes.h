@@ -68,14 +68,14 @@ Scene FallingOnSphere(uint32_t side);
 // The same sheet over a turned box and, as high, an oblique capsule.
 Scene FallingOnBoxAndCapsule(uint32_t side);
 
-// A mesh that lies on the top of a box, as large as half of it, with friction, and begins to fall
-// where there is none.
-Scene MeshHalfOnBox(uint32_t side);
-
 // The same sheet over the slightly inclined, larger top of a box that is a distance map. On a face
 // of the box far from its edges the distance is linear, so that its gradient does not depend on the
 // cell.
 Scene FallingOnDistanceMap(uint32_t side);
+
+// A mesh that lies on the top of a box, as large as half of it, with friction, and begins to fall
+// where there is none.
+Scene MeshHalfOnBox(uint32_t side);
 
 // Two corners pinned, stretch compliance, bending and shear springs.
 Scene CompliantSheet(uint32_t side, double compliance_m_per_n);

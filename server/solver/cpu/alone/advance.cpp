@@ -29,8 +29,8 @@ class BallisticPrediction {
 // previous state is the present one, b = p + v h/2 and u = (v + h g) / (1 + c h).
 //
 // With remainders: b is off by what rounding takes from it, and u makes up for that within the
-// substep, so that b + H u is as if nothing were rounded. What rests on a collider has none: friction
-// would have to hold what u makes up for.
+// substep, so that b + H u is as if nothing were rounded. What rests on a collider has none:
+// friction would have to hold what u makes up for.
 template <bool kHasRemainders>
 class TwoStepPrediction {
  public:

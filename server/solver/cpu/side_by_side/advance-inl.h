@@ -137,7 +137,7 @@ class Prediction {
   const float half_interval_;
   const VectorsCloths* const accelerations_;
   ClothParticle* const previous_;
-  ClothRemainders* const remainders_;         // null: none
+  ClothRemainders* const remainders_;        // null: none
   const VecCloths* const quiet_round_offs_;  // null: nothing rests
   const float inverse_interval_;
   const float lead_;
