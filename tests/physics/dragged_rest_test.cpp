@@ -94,7 +94,7 @@ TEST_P(DraggedRestLong, OfManyCloths) {
   ExpectRest(seeds);
 }
 
-INSTANTIATE_TEST_SUITE_P(Backends, DraggedRestLong, testing::Values("reference", "cpu"),
+INSTANTIATE_TEST_SUITE_P(Backends, DraggedRestLong, testing::Values("cpu"),
                          [](const auto& one) { return one.param; });
 
 }  // namespace
