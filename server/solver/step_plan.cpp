@@ -176,8 +176,7 @@ SolverChoice ChooseSolver(const SceneModel& model, const ClothParameters& parame
   choice.has_elastic_lines = HasElasticLines(model, parameters);
   choice.hinge_period = PeriodOfHinges(model, parameters, choice);
   choice.link_lead = LeadOfLinks(model, settings, choice);
-  // What friction holds stands still but for what remainders give to its velocity.
-  choice.has_remainders = choice.has_two_steps && CrossesOften(model) && !choice.has_quiet_links;
+  choice.has_remainders = choice.has_two_steps && CrossesOften(model);
   choice.hinge_stages = StagesOfHinges(model, parameters, choice);
   choice.span_give = SpanGive(model, parameters, choice);
   ChooseRefinement(model, settings, choice);

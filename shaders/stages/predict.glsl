@@ -26,16 +26,17 @@ void PredictBallistic(uint i) {
 #ifdef HAS_TWO_STEPS
 // b = p + (p - p')/3; u = (v + (v - v')/3 + H g) / (1 + c H). In the first substep of a step, whose previous state is
 // the present one, b = p + v h/2 and u = (v + h g) / (1 + c h). With remainders u makes up for what rounding takes
-// from b.
-void PredictTwoStep(uint i) {
+// from b; what rests on a collider has none.
+void PredictTwoStep(uint i, bool rests) {
   vec3 p = Position(i);
   vec3 v = Velocity(i);
 #ifdef HAS_REMAINDERS
   Remainders remainders = RemaindersOf(i);
+  if (rests) remainders = NoRemainders();
   precise vec3 flight = (p - PreviousPosition(i)) * (1.0 / 3.0) + substep.lead * v;
   precise vec3 way = flight + Extrapolated(remainders.now, remainders.previous);
   precise vec3 base = p + way;
-  precise vec3 rest = way - (base - p);
+  precise vec3 rest = rests ? vec3(0.0) : way - (base - p);
   SetPosition(i, base);
   SetRemainders(i, Remainders(rest, remainders.now));
 #else
@@ -54,8 +55,10 @@ void PredictTwoStep(uint i) {
 
 void PredictParticle(uint i) {
   bool is_pin = InverseMass(i) == 0.0;
+  bool rests = false;
 #ifdef HAS_QUIET_LINKS
-  SetQuiet(i, !is_pin && RestsOnCollider(i));
+  rests = !is_pin && RestsOnCollider(i);
+  SetQuiet(i, rests);
 #endif
   if (is_pin) return;  // PredictPin
 #ifdef HAS_RESTITUTION
@@ -63,7 +66,7 @@ void PredictParticle(uint i) {
 #endif
 #ifdef HAS_TWO_STEPS
   if (IsTwoStep()) {
-    PredictTwoStep(i);
+    PredictTwoStep(i, rests);
     return;
   }
 #endif

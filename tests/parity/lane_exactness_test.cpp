@@ -147,6 +147,7 @@ std::vector<Case> Cases() {
     cases.back().scene.parameters.settings.tolerance = 0.01;
     cases.back().scene.parameters.settings.substeps = 4;
   }
+  cases.push_back({With(MeshHalfOnBox(9), "mesh_half_on_box", Preset::kRealtime)});
   const StructuralMaterial fabric{.bending_rigidity_n_m = 1e-4, .shear_modulus_n_per_m = 20};
   for (const Integration integration : {Integration::kTwoStep, Integration::kOneStep}) {
     const std::string suffix = integration == Integration::kTwoStep ? "_two_step" : "_one_step";

@@ -105,6 +105,15 @@ TEST_P(WholeStepParityTest, SlowHingesShareTheirForces) {
   }
 }
 
+TEST_P(WholeStepParityTest, MeshesOfWhichAPartRests) {
+  for (const uint32_t side : {9u, 33u}) {
+    Scene scene = MeshHalfOnBox(side);
+    UseSubsteps(scene, 8);
+    EXPECT_TRUE(PlanOf(scene).solver.has_remainders && PlanOf(scene).solver.has_quiet_links);
+    ExpectParity(GetParam(), scene, 2);
+  }
+}
+
 TEST_P(WholeStepParityTest, UnequalMassesInANet) {
   for (const uint32_t substeps : {1u, 8u}) {
     Scene scene = Net(9, 0.1, 1e-5);

@@ -4,124 +4,18 @@
 #include <cmath>
 #include <cstdio>
 #include <numbers>
-#include <random>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "server/solver/surface_contact/contact_numbers.h"
 #include "tests/physics/physics_test.h"
-#include "tests/support/garments.h"
+#include "tests/physics/random_drag.h"
 
 namespace drape::test {
 namespace {
 
-using Eigen::AngleAxisd;
-using Eigen::Quaterniond;
 using Eigen::Vector3d;
-
-// A towel that falls onto a collider while one or two particles of its first row are held beyond
-// that, and is then drawn over it.
-struct Drag {
-  Scene scene;
-  bool is_mesh = false;
-  std::vector<uint32_t> held;
-  std::vector<Vector3d> starts;  // of what is held
-  bool is_gripped = false;       // else it is pinned
-  Vector3d velocity;
-  double cell_m = 0;
-  double settle_s = 0.5, drag_s = 0;
-
-  // What is held, `since_s` after the fall.
-  std::vector<Grip> HeldAt(double since_s) const {
-    std::vector<Grip> grips;
-    for (size_t k = 0; k < held.size(); ++k) {
-      grips.push_back({held[k], starts[k] + std::clamp(since_s, 0.0, drag_s) * velocity});
-    }
-    return grips;
-  }
-};
-
-class Numbers {
- public:
-  explicit Numbers(uint32_t seed) : random_(seed) {}
-  double In(double low, double high) {
-    return low + (high - low) * static_cast<double>(random_()) / 4294967296.0;
-  }
-  uint32_t Below(uint32_t count) { return static_cast<uint32_t>(In(0, count)); }
-
- private:
-  std::mt19937 random_;
-};
-
-// A table, a turned box, a cylinder or a thin capsule that the first row is beyond of. None so thin
-// that it comes through the cloth while nothing moves (collider_contact.cpp).
-Collider SharpCollider(uint32_t kind, const Vector3d& corner, double width, double edge,
-                       Numbers& random) {
-  const double beyond = random.In(0.06, 0.2), top = random.In(-0.05, -0.01);
-  const Quaterniond turn(AngleAxisd(random.In(-0.4, 0.4), Vector3d::UnitY()));
-  if (kind < 2) {
-    const Vector3d half(random.In(0.3, 0.6), random.In(0.1, 0.3), random.In(0.2, 0.4));
-    const Vector3d axis = Vector3d(random.In(-1, 1), 0, random.In(-1, 1)).normalized();
-    const double tilt = kind == 1 ? random.In(-0.4, 0.4) : 0;
-    const double lower = kind == 1 ? 0.08 : 0;
-    return BoxAt(corner + Vector3d(width / 2, top - half.y() - lower, beyond + half.z()), half,
-                 turn * Quaterniond(AngleAxisd(tilt, axis)));
-  }
-  const double radius = kind == 2 ? random.In(edge, 0.1) : edge * random.In(1, 1.45);
-  const Vector3d along = turn * Vector3d(random.In(0.3, 0.6), random.In(-0.1, 0.1), 0);
-  const double height = top - radius - std::abs(along.y());
-  const Vector3d centre = corner + Vector3d(width / 2, height, beyond + random.In(0, 0.2));
-  return kind == 2 ? CylinderBetween(centre - along, centre + along, radius)
-                   : CapsuleBetween(centre - along, centre + along, radius);
-}
-
-// Whether what is held keeps clear of the collider all the way: else it would be drawn into it.
-bool IsClear(const Drag& drag, const Collider& collider) {
-  const double clearance = 0.02 + drag.scene.parameters.thickness_m;
-  for (int k = 0; k <= 50; ++k) {
-    for (const Grip& grip : drag.HeldAt(drag.drag_s * k / 50)) {
-      if (SurfaceOf(collider, grip.target_m).distance_m <= clearance) return false;
-    }
-  }
-  return true;
-}
-
-Drag RandomDrag(uint32_t seed) {
-  Numbers random(seed + 1000);
-  Drag drag;
-  drag.is_mesh = seed / 4 % 2 == 1;
-  drag.is_gripped = seed / 8 % 2 == 1;
-  const uint32_t columns = 12 + random.Below(13), rows = 12 + random.Below(13);
-  const double width = random.In(0.5, 0.8), height = random.In(0.5, 0.8);
-  drag.cell_m = width / (columns - 1);
-  const double edge = std::max(drag.cell_m, height / (rows - 1));
-  drag.held = {random.Below(4)};
-  if (random.Below(3) > 0) drag.held.push_back(columns - 1 - random.Below(4));
-  const std::vector<uint32_t> pins = drag.is_gripped ? std::vector<uint32_t>{} : drag.held;
-  const StructuralMaterial woven{.stretch_stiffness_n_per_m = kMeshStretchStiffness_n_per_m};
-  drag.scene = drag.is_mesh ? MeshedGrid(columns, rows, width, height, pins, woven)
-                            : Grid(columns, rows, width, height, pins);
-  ClothParameters& parameters = drag.scene.parameters;
-  parameters.settings = PresetSettings(Preset::kRealtime);
-  parameters.settings.time_step_s = seed % 3 == 0 ? 1.0 / 120 : 1.0 / 60;
-  parameters.friction_static = random.In(0.3, 0.6);
-  parameters.friction_dynamic = parameters.friction_static * random.In(0.7, 1);
-  parameters.thickness_m = random.In(0, 0.004);
-  parameters.damping_per_s = 1;
-  parameters.max_grips = drag.is_gripped ? 2 : 0;
-  const Vector3d corner = seed % 5 == 4 ? Vector3d(40, 5, -30) : Vector3d(0, 0, 0);
-  for (Vector3d& p : drag.scene.state.positions_m) p += corner;
-  for (const uint32_t i : drag.held) drag.starts.push_back(drag.scene.state.positions_m[i]);
-  const double speed = std::pow(10, random.In(-1, 0));
-  drag.drag_s = std::min(3.0, random.In(0.3, 0.6) / speed);
-  do {
-    parameters.colliders = {SharpCollider(seed % 4, corner, width, edge, random)};
-    const Vector3d along(random.In(-0.7, 0.7), random.In(-1, 0.7), random.In(-1, 0.2));
-    drag.velocity = speed * along.normalized();
-  } while (!IsClear(drag, parameters.colliders[0]));
-  return drag;
-}
 
 class DraggedCloth : public PhysicsTest {
  protected:
@@ -167,7 +61,7 @@ double StretchOfMesh(const Drag& drag) {
   const ClothParameters& parameters = drag.scene.parameters;
   constexpr double kSigma_kg_per_m2 = 0.2;
   const double fall = parameters.gravity_m_per_s2.norm() * 0.1;  // [m/s], some 5 cm
-  const double hit = 7.1 / 4.9 * (drag.velocity.norm() + fall) *
+  const double hit = 7.1 / 4.9 * (drag.velocities[0].norm() + fall) *
                      std::sqrt(kSigma_kg_per_m2 / kMeshStretchStiffness_n_per_m);
   const double pull = drag.scene.model->total_mass_kg() * parameters.gravity_m_per_s2.norm() *
                       std::exp(parameters.friction_static * std::numbers::pi / 2);

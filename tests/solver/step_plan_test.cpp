@@ -72,6 +72,11 @@ TEST(StepPlanTest, MeshesLookAheadAndKeepTheirRemainders) {
   EXPECT_FALSE(solver(mesh, Preset::kPaper).has_remainders);
   EXPECT_EQ(solver(rigid, Preset::kRealtime).link_lead, 0);
   EXPECT_TRUE(solver(rigid, Preset::kRealtime).has_remainders);
+  test::Scene on_plane = mesh;  // beside friction, too
+  on_plane.parameters.colliders = {PlaneThrough({0, -1, 0}, {0, 1, 0})};
+  on_plane.parameters.friction_static = 0.5;
+  EXPECT_TRUE(solver(on_plane, Preset::kRealtime).has_quiet_links);
+  EXPECT_TRUE(solver(on_plane, Preset::kRealtime).has_remainders);
   const test::Scene grid = test::CompliantSheet(5, 1e-4);
   EXPECT_EQ(solver(grid, Preset::kRealtime).link_lead, 0);
   EXPECT_FALSE(solver(grid, Preset::kRealtime).has_remainders);

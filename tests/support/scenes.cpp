@@ -136,6 +136,15 @@ Scene FallingOnBoxAndCapsule(uint32_t side) {
   return scene;
 }
 
+Scene MeshHalfOnBox(uint32_t side) {
+  Scene scene = MeshedGrid(side, side, 1, 1, {}, {.stretch_stiffness_n_per_m = 2000});
+  scene.name = "mesh_half_on_box_" + std::to_string(side);
+  scene.parameters.friction_static = 0.5;
+  scene.parameters.friction_dynamic = 0.4;
+  scene.parameters.colliders = {BoxAt(Vector3d(0.2, -0.25, 0.5), Vector3d(0.35, 0.25, 0.7))};
+  return scene;
+}
+
 Scene FallingOnDistanceMap(uint32_t side) {
   Scene scene = FallingOnSphere(side);
   scene.name = "distance_map_" + std::to_string(side);

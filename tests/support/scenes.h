@@ -73,6 +73,10 @@ Scene FallingOnBoxAndCapsule(uint32_t side);
 // cell.
 Scene FallingOnDistanceMap(uint32_t side);
 
+// A mesh that lies on the top of a box, as large as half of it, with friction, and begins to fall
+// where there is none.
+Scene MeshHalfOnBox(uint32_t side);
+
 // Two corners pinned, stretch compliance, bending and shear springs.
 Scene CompliantSheet(uint32_t side, double compliance_m_per_n);
 

@@ -29,7 +29,8 @@ class BallisticPrediction {
 // previous state is the present one, b = p + v h/2 and u = (v + h g) / (1 + c h).
 //
 // With remainders: b is off by what rounding takes from it, and u makes up for that within the
-// substep, so that b + H u is as if nothing were rounded.
+// substep, so that b + H u is as if nothing were rounded. What rests on a collider has none:
+// friction would have to hold what u makes up for.
 template <bool kHasRemainders>
 class TwoStepPrediction {
  public:
@@ -40,6 +41,9 @@ class TwoStepPrediction {
         kick_(context.controls.gravity * context.substep.kick_within),
         damping_factor_(context.substep.damping_factor),
         inverse_interval_(context.substep.inverse_interval),
+        quiet_round_offs_(context.scratch.has_quiet_particles
+                              ? context.scratch.quiet_round_offs.data()
+                              : nullptr),
         remainders_(context.scratch.remainders.data()),
         previous_remainders_(context.scratch.previous_remainders.data()) {}
   void operator()(uint32_t i, Vec4& p, Vec4& v) const {
@@ -48,11 +52,13 @@ class TwoStepPrediction {
     Vec4 base;
     Vec4 mean = ((v + (v - previous_v) * kThird) + kick_) * damping_factor_;
     if constexpr (kHasRemainders) {
+      const bool rests = quiet_round_offs_ != nullptr && quiet_round_offs_[i] > 0;
+      if (rests) remainders_[i] = previous_remainders_[i] = Vec4{};
       const Vec4 remainder = remainders_[i];
       const Vec4 way = ((p - previous_p) * kThird + lead_ * v) +
                        (remainder + (remainder - previous_remainders_[i]) * kThird);
       base = p + way;
-      const Vec4 rest = way - (base - p);
+      const Vec4 rest = rests ? Vec4{} : way - (base - p);
       previous_remainders_[i] = remainder;
       remainders_[i] = rest;
       mean += inverse_interval_ * rest;
@@ -74,6 +80,7 @@ class TwoStepPrediction {
   const Vec4 kick_;
   const float damping_factor_;
   const float inverse_interval_;
+  const float* const quiet_round_offs_;  // null: nothing rests
   Vec4* const remainders_;
   Vec4* const previous_remainders_;
 };

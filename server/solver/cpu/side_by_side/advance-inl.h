@@ -64,7 +64,7 @@ void IntegratePins(GroupContext& context) {
 // become u = v + a H/2. With two steps, by the backward differentiation formula of second order:
 // the positions become b = p + (p - p')/3, the velocities u = (v + (v - v')/3 + H g) / (1 + c H);
 // in the first substep of a step b = p + v h/2 and u = (v + h g) / (1 + c h). With remainders u
-// makes up for what rounding takes from b.
+// makes up for what rounding takes from b, but not of what rests on a collider.
 class Prediction {
  public:
   explicit Prediction(const GroupContext& context)
@@ -74,6 +74,7 @@ class Prediction {
         accelerations_(context.accelerations),
         previous_(context.previous),
         remainders_(context.controls.plan.solver.has_remainders ? context.remainders : nullptr),
+        quiet_round_offs_(context.has_quiet_particles ? context.quiet_round_offs : nullptr),
         inverse_interval_(context.substep.inverse_interval),
         lead_(context.substep.lead),
         kick_(context.gravity * (is_two_step_ ? context.substep.kick_within : half_interval_)),
@@ -81,7 +82,7 @@ class Prediction {
   HWY_INLINE void operator()(uint32_t i, VectorsCloths& p, VectorsCloths& v) const {
     if (is_two_step_) {
       if (remainders_ != nullptr) [[unlikely]] {
-        PredictWithRemainder(previous_[i], remainders_[i], p, v);
+        PredictWithRemainder(i, p, v);
       } else {
         PredictTwoStep(previous_[i], p, v);
       }
@@ -105,12 +106,16 @@ class Prediction {
     Assign(p, base);
     Assign(v, mean);
   }
-  HWY_INLINE void PredictWithRemainder(ClothParticle& previous, ClothRemainders& remainders,
-                                       VectorsCloths& p, VectorsCloths& v) const {
+  HWY_INLINE void PredictWithRemainder(uint32_t i, VectorsCloths& p, VectorsCloths& v) const {
+    ClothParticle& previous = previous_[i];
+    ClothRemainders& remainders = remainders_[i];
+    const bool may_rest = quiet_round_offs_ != nullptr;
+    if (may_rest) DropOfResting(i, remainders.now, remainders.previous);
     const VectorsCloths way = ((p - previous.p) * kThird + v * lead_) +
                               (remainders.now + (remainders.now - remainders.previous) * kThird);
     const VectorsCloths base = p + way;
-    const VectorsCloths rest = way - (base - p);
+    VectorsCloths rest = way - (base - p);
+    if (may_rest) DropOfResting(i, rest);
     const VectorsCloths mean = Mean(previous, v) + rest * inverse_interval_;
     Assign(remainders.previous, remainders.now);
     Assign(remainders.now, rest);
@@ -119,13 +124,21 @@ class Prediction {
     Assign(p, base);
     Assign(v, mean);
   }
+  // Where the particle rests on a collider.
+  template <class... Remainders>
+  HWY_INLINE void DropOfResting(uint32_t i, Remainders&... remainders) const {
+    const VecCloths zero = SplatCloths(0);
+    const MaskCloths rests = quiet_round_offs_[i] > zero;
+    (Assign(remainders, Select(rests, VectorsCloths{zero, zero, zero}, remainders)), ...);
+  }
 
   const bool is_two_step_;
   const bool has_spring_forces_;
   const float half_interval_;
   const VectorsCloths* const accelerations_;
   ClothParticle* const previous_;
-  ClothRemainders* const remainders_;  // null: none
+  ClothRemainders* const remainders_;        // null: none
+  const VecCloths* const quiet_round_offs_;  // null: nothing rests
   const float inverse_interval_;
   const float lead_;
   const VectorsCloths kick_;
