@@ -29,6 +29,7 @@ def test_cloths_step_side_by_side_with_the_same_bits(client, session, spec):
                 _ = batches[0].velocities
             await batches[0].read(positions=False, velocities=True)
             assert batches[0].velocities.any()
+            assert [cloth.id for cloth in await batches[0].descriptions([1])] == [batches[0].ids[1]]
             with pytest.raises(drape.InvalidArgument):
                 await batches[0].step(0)
             await batches[0].reset()

@@ -278,6 +278,11 @@ class ClothsBase(Controls):
         request = v1.GetClothRequest(session=self._session.name, cloth_id=self._all_ids[at])
         return (yield Unary("GetCloth", request, self._session._route))
 
+    def _descriptions(self, ids=None) -> Operation[list[v1.Cloth]]:
+        """What `describe` tells, of the cloths of `ids`, in few requests."""
+        found = yield from self._session._described(self._ids_list(columns.rows_of(ids, self.num)))
+        return list(found.values())
+
     def _delete(self) -> Operation[None]:
         """Deletes the cloths on the server."""
         request = v1.DeleteClothsRequest(session=self._session.name)
@@ -413,6 +418,7 @@ class Cloths(ClothsBase):
     reset = blocking(ClothsBase._reset)
     update = blocking(ClothsBase._update)
     describe = blocking(ClothsBase._describe)
+    descriptions = blocking(ClothsBase._descriptions)
     delete = blocking(ClothsBase._delete)
     write = blocking(ClothsBase._write)
     save = blocking(ClothsBase._save)
