@@ -144,7 +144,7 @@ class Window:
             recording, self._recording = self._recording, None
         button.label = "record"
         if event.client is not None:
-            event.client.send_file_download("drape.html", recording.as_html().encode())
+            event.client.send_file_download("drape.html", recording.as_html().encode(), save_immediately=True)
 
     # --- the loop
 
