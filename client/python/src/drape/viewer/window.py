@@ -25,9 +25,10 @@ class Window:
     `max_grips`. Gravity and wind are the cloths' own until they are moved here.
 
     batches: a list of `Cloths`. advance(steps): steps them all (default: all of a session in one request, as the cloths
-    of a world must be); None: somebody else does. reset(): begins again. time_step_s: of the simulation, for playing in real time. stride: shows every so manieth
-    cloth only, for slow networks. host: "0.0.0.0" lets other machines look on. `with` and `close()` end it; `run()`
-    blocks.
+    of a world must be); None: somebody else does. reset(): begins again. time_step_s: of the simulation, for playing in
+    real time. stride: shows every so manieth cloth only, for slow networks. host: "0.0.0.0" lets other machines look on.
+    tracks_colliders: others move them, or change pins: asks the server after every step. `with` and `close()` end it;
+    `run()` blocks.
     """
 
     def __init__(self, batches, *, advance="step", reset=None, time_step_s=1 / 60, stride=1, host="127.0.0.1", port=8080,
