@@ -128,8 +128,8 @@ class Window:
 
     def _how_to_pull(self):
         if self._advance is None:
-            return ("The cloths cannot be pulled from here: somebody else steps them. `python -m drape.viewer --step` steps "
-                    "them, and so does a `Window` that is given no `advance=None`.")
+            return ("The cloths cannot be pulled, since somebody else steps them. `python -m drape.viewer --step` steps them "
+                    "itself.")
         reasons = [drawing.why_not_pulled() for drawing in self._drawings]
         if not any(reasons):
             return "shift and the left button pull the cloth"
