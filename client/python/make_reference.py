@@ -1,5 +1,6 @@
 """make_reference.py: writes reference.md from the docstrings of the package (tests/python compares them)."""
 
+import ast
 import inspect
 import pathlib
 import re
@@ -8,25 +9,43 @@ import textwrap
 import drape
 import drape.aio
 import drape.gym
+from drape.gym import metrics, scripted
 
-TARGET = pathlib.Path(__file__).with_name("reference.md")
+HERE = pathlib.Path(__file__).parent
+TARGET = HERE / "reference.md"
 HEAD = """# Reference of the Python package
 
 Made by `make_reference.py` from the docstrings. Messages (`ClothSpec`, `StepSettings`, …) are those of
 [the protocol](../../proto/drape/v1).
 """
-FUNCTIONS = [drape.launch, drape.connect, drape.find_server, drape.scene.load, drape.scene.parse, drape.mesh.load,
+
+
+def functions_in(module):
+    return [thing for _, thing in inspect.getmembers(module, inspect.isfunction)
+            if thing.__module__ == module.__name__ and not thing.__name__.startswith("_")]
+
+
+FUNCTIONS = [drape.launch, drape.connect, drape.find_server, drape.pack, drape.scene.load, drape.scene.parse, drape.mesh.load,
              drape.mesh.from_arrays]
-CLASSES = [drape.Client, drape.Session, drape.Cloths, drape.States, drape.Answer, drape.Impulses, drape.Pipeline,
-           drape.Frames, drape.Frame, drape.Run,
-           drape.scene.Scene, drape.scene.Player, drape.Retries, drape.Error, drape.SessionLost, drape.StateLost,
+ERRORS = [thing for _, thing in inspect.getmembers(drape.errors, inspect.isclass) if issubclass(thing, drape.Error)]
+CLASSES = [drape.Client, drape.Session, drape.Cloths, drape.States, drape.Answer, drape.Grips, drape.Impulses,
+           drape.Topology, drape.Pipeline, drape.Frames, drape.Frame, drape.Run,
+           drape.scene.Scene, drape.scene.Player, drape.Retries, drape.VersionWarning, drape.Error, drape.FieldViolation,
+           *(error for error in ERRORS if error is not drape.Error),
            drape.gym.ClothVectorEnv, drape.gym.DropFlat,
            drape.gym.FlingFlat, drape.gym.CoverSphere, drape.gym.FoldHalf, drape.gym.Flatten, drape.gym.Hang]
+# Their modules need packages that are not always there: read, not imported.
+READ = [("gym/sb3.py", "StableVecEnv"), ("gym/shards.py", "ShardedVectorEnv"), ("viewer/window.py", "Window")]
+MODULES = [scripted, metrics]
 
 
 def text_of(thing):
+    return wrapped(inspect.cleandoc(thing.__doc__ or ""))
+
+
+def wrapped(text):
     lines = []
-    for line in inspect.cleandoc(thing.__doc__ or "").replace("<", "&lt;").splitlines():
+    for line in text.replace("<", "&lt;").splitlines():
         lines += textwrap.wrap(line, 120, break_long_words=False, break_on_hyphens=False) or [""]
     return "\n".join(lines)
 
@@ -38,6 +57,10 @@ def signature_of(function, name):
     text = re.sub(r"= Retries\([^)]*\)", "= Retries()", text)
     text = re.sub(r"Operation\[(.*)\]", r"\1", text)
     text = re.sub(r"(: |-> )'([^']*)'", r"\1\2", text)  # annotations are strings
+    return fenced(text)
+
+
+def fenced(text):
     lines, line = [], ""
     for part in re.split(r"(?<=, )", text):
         if len(line) + len(part) > 110:
@@ -45,6 +68,28 @@ def signature_of(function, name):
             line = "    "
         line += part
     return "```\n" + "\n".join([*lines, line]) + "\n```\n"
+
+
+def read_class(path, name):
+    """The parts of a class as its source says it: what has a docstring, and how it is made."""
+    tree = ast.parse((HERE / "src/drape" / path).read_text())
+    (found,) = [node for node in tree.body if isinstance(node, ast.ClassDef) and node.name == name]
+    module = "drape." + path.removesuffix(".py").replace("/", ".")
+    yield f"## {name}\n\nIn `{module}`.\n\n{wrapped(ast.get_docstring(found))}\n"
+    members = sorted((node for node in found.body if isinstance(node, ast.FunctionDef)), key=lambda node: node.name)
+    for node in members:
+        is_made = node.name == "__init__"
+        text = ast.get_docstring(node) or ""
+        if (node.name.startswith("_") or not text) and not is_made:
+            continue
+        if any(isinstance(mark, ast.Name) and mark.id == "property" for mark in node.decorator_list):
+            yield f"```\n{node.name}\n```\n\n{wrapped(text)}\n"
+            continue
+        result = f" -> {ast.unparse(node.returns)}" if node.returns else ""
+        arguments = ast.unparse(node.args)
+        if is_made:
+            arguments = arguments.removeprefix("self, ")
+        yield f"{fenced(f'{name if is_made else node.name}({arguments}){result}')}" + (f"\n{wrapped(text)}\n" if text else "")
 
 
 def members_of(cls):
@@ -61,11 +106,16 @@ def reference():
     parts = [HEAD, "## Functions\n"]
     for function in FUNCTIONS:
         name = f"{function.__module__}.{function.__name__}".replace("drape.client", "drape").replace(
-            "drape.private_server", "drape")
+            "drape.private_server", "drape").replace("drape.states", "drape")
         parts.append(f"{signature_of(function, name)}\n{text_of(function)}\n")
     for cls in CLASSES:
         parts.append(f"## {cls.__name__}\n\n{text_of(cls)}\n")
         parts += [text + "\n" for _, text in members_of(cls)]
+    for module in MODULES:
+        parts.append(f"## {module.__name__}\n\n{text_of(module)}\n")
+        parts += [f"{signature_of(function, function.__name__)}\n{text_of(function)}\n" for function in functions_in(module)]
+    for path, name in READ:
+        parts += read_class(path, name)
     parts.append(f"## drape.aio\n\n{text_of(drape.aio)}\n")
     return "\n".join(parts)
 

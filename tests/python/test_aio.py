@@ -29,6 +29,7 @@ def test_cloths_step_side_by_side_with_the_same_bits(client, session, spec):
                 _ = batches[0].velocities
             await batches[0].read(positions=False, velocities=True)
             assert batches[0].velocities.any()
+            assert [cloth.id for cloth in await batches[0].descriptions([1])] == [batches[0].ids[1]]
             with pytest.raises(drape.InvalidArgument):
                 await batches[0].step(0)
             await batches[0].reset()
@@ -130,6 +131,24 @@ def test_a_rollout_has_the_same_bits(client, session, spec):
     assert rows.keys() == expected.keys()
     for name in rows:
         assert rows[name].shape == expected[name].shape and bits(rows[name]) == bits(expected[name])
+
+
+def test_a_rollout_of_some_cloths_by_grips_and_restarts_has_the_same_bits(client, session):
+    columns = {"ids": [2, 0], "grips": [0], "grip_particles": [[[35], [35], [-1]], [[-1], [30], [31]]],
+               "grip_targets": np.random.default_rng(5).normal(size=(2, 3, 1, 3)) * 0.05 + [1, 0, 1],
+               "restarts": np.array([[False, True, False], [False, False, True]])}
+    expected = session.create(sheet(max_grips=1), count=3).rollout(3, **columns)
+
+    async def program():
+        async with await drape.aio.connect(client.address) as other, await other.session() as mine:
+            cloths = await mine.create(sheet(max_grips=1), count=3)
+            assert (await cloths.rollout(2, ids=[]))["positions"].shape == (0, 2, 36, 3)
+            return await cloths.rollout(3, **columns)
+
+    found = asyncio.run(program())
+    assert found.keys() == expected.keys()
+    assert all(bits(found[name]) == bits(expected[name]) for name in expected)
+
 
 
 def test_an_error_ends_a_pipeline(client, spec):

@@ -144,11 +144,11 @@ def test_a_program_ends_by_itself_and_quickly():
 
 @pytest.mark.parametrize("use, extra", [
     ("import drape.gym", "gym"), ("import drape.viewer", "viewer"), ("import drape.gym.shards", "ray"),
-    ("next(iter(drape.rollout._shown(1, True)))", "progress")])
+    ("import drape.gym.sb3", "sb3"), ("next(iter(drape.rollout._shown(1, True)))", "progress")])
 def test_a_missing_package_is_named_with_its_extra(use, extra):
     code = ("import importlib.util, drape\nfind = importlib.util.find_spec\n"
             "importlib.util.find_spec = lambda name, *rest: None if name in "
-            f"{('gymnasium', 'viser', 'tqdm') if extra != 'ray' else ('ray',)} else find(name, *rest)\n"
+            f"{('gymnasium', 'viser', 'tqdm') if extra not in ('ray', 'sb3') else ('ray', 'stable_baselines3')} else find(name, *rest)\n"
             f"try: {use}\nexcept ModuleNotFoundError as error: print(error)")
     assert f"pip install --find-links build/wheels 'drape-sim[{extra}]'" in run_python(code)
 

@@ -119,7 +119,8 @@ def test_colliders_and_rest_lengths_follow(session):
     cloths.scale_rest_lengths([0.5, 1.0], over_s=1.0)
     cloths.set_rest_lengths([0], 0.3, ids=[1])
     cloths.step()
-    poses = [cloths.describe(row).collider_poses[0].position_m for row in (0, 1)]
+    assert cloths.descriptions() == [cloths.describe(row) for row in (0, 1)]
+    poses = [cloth.collider_poses[0].position_m for cloth in cloths.descriptions([1, 0])][::-1]
     assert [list(pose) for pose in poses] == [[0, -1, 0], [0, -2, 0]]
     moved = cloths.step(120).positions
     lengths = np.linalg.norm(moved[:, 6] - moved[:, 0], axis=1)  # down from the first pin

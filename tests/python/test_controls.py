@@ -163,3 +163,18 @@ def test_what_is_wrong_is_said(session, cloths):
     with pytest.raises(drape.InvalidArgument, match="grip_controls.slots"):
         cloths.step()
     assert cloths.step().step_count.tolist() == [1, 1]
+
+
+def test_forces_of_grips_carry_the_weight(session):
+    """Of a sheet that hangs at rest by one corner; the other grip is open."""
+    density = 0.2
+    material = drape.Material(areal_density_kg_per_m2=density, damping_per_s=4)
+    cloths = session.create(sheet(pins=[], max_grips=2, material=material), count=2)
+    cloths.grip(0, particles=[0])
+    cloths.step(900, view=None)
+    with pytest.raises(drape.FailedPrecondition, match="impulses=True"):
+        cloths.step(grips=True).grips.forces(1 / 60)
+    answer = cloths.step(impulses=True)
+    assert bits(answer.grips.impulses) == bits(answer.impulses.grips)
+    forces = answer.grips.forces(cloths.describe(0).settings.time_step_s)
+    assert np.allclose(forces[:, 0], [0, -9.81 * density, 0], atol=0.02) and (forces[:, 1] == 0).all()

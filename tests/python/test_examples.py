@@ -52,3 +52,24 @@ def test_the_reference_is_that_of_the_docstrings():
     maker = ROOT / "client/python/make_reference.py"
     out = run_python(f"import runpy; print(runpy.run_path({str(maker)!r})['reference'](), end='')")
     assert out == (maker.parent / "reference.md").read_text(), f"{maker} writes it again"
+
+
+def test_the_reference_has_everything_that_is_public():
+    import inspect
+
+    import drape
+    import drape.gym
+    from drape.gym import metrics, scripted
+
+    text = (ROOT / "client/python/reference.md").read_text()
+    for name in [*drape.__all__, *drape.gym.__all__]:
+        thing = getattr(drape, name, None) or getattr(drape.gym, name)
+        if inspect.isfunction(thing):
+            assert f"drape.{name}(" in text, name
+        elif inspect.isclass(thing) and (thing.__module__ or "").startswith("drape.") and not hasattr(thing, "DESCRIPTOR"):
+            assert f"\n## {name}\n" in text, name
+    for name in ("StableVecEnv", "ShardedVectorEnv", "Window"):
+        assert f"\n## {name}\n" in text and f"\n{name}(" in text, name
+    for module in (scripted, metrics):
+        for name, function in inspect.getmembers(module, inspect.isfunction):
+            assert function.__module__ != module.__name__ or name.startswith("_") or f"\n{name}(" in text, name

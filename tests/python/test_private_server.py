@@ -112,6 +112,7 @@ def test_find_server_order(monkeypatch, tmp_path):
     asked, named, built, installed = (program(place) for place in ("a", "b", "tree/build/release/bin", "path"))
     (tmp_path / "tree/proto/drape/v1").mkdir(parents=True)
     monkeypatch.setattr(private_server, "__file__", str(tmp_path / "tree/client/python/src/drape/private_server.py"))
+    monkeypatch.setattr(private_server, "_installed_from", lambda: None)
     monkeypatch.setattr("importlib.util.find_spec", lambda name: None)
     monkeypatch.setenv("PATH", str(tmp_path / "path"))
     monkeypatch.setenv("DRAPE_SERVER", named)
@@ -125,5 +126,12 @@ def test_find_server_order(monkeypatch, tmp_path):
     monkeypatch.setattr(private_server, "__file__", str(tmp_path / "lib/site-packages/drape/private_server.py"))
     assert drape.find_server() == installed
     monkeypatch.setenv("PATH", "/nowhere")
-    with pytest.raises(drape.NotFound, match="pip install"):
+    with pytest.raises(drape.NotFound, match=r"run build in a checkout.*set DRAPE_SERVER=/PATH/build/release/bin/draped.*pip "
+                                             r"install --find-links build/wheels 'drape-sim\[server\]'") as caught:
+        drape.find_server()
+    assert caught.value.reason == "NO_SERVER_PROGRAM"
+    monkeypatch.setattr(private_server, "_installed_from", lambda: tmp_path / "tree/client/python")
+    assert drape.find_server() == built  # a copy that pip made of the checkout
+    os.unlink(built)
+    with pytest.raises(drape.NotFound, match=f"{tmp_path}/tree/run build, then set DRAPE_SERVER={built}"):
         drape.find_server()

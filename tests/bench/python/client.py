@@ -2,9 +2,9 @@
 and sheets of other simulators.
 
 Writes results/MACHINE.md and the tables beside it. With --quick: few calls, no other simulators, results printed only.
-With --case NAME: that comparison alone, printed only; `pictures` is one of pictures, `impulses` of steps that tell
-their impulses, `large` of large answers in one message and in chunks, `peers` of other simulators. `viewer` (windows of
-`drape.viewer`) and `ray` (shards on Ray) also write their table into results/.
+With --case NAME: that comparison alone, printed only; `envs` is that of the vector environments, `pictures` one of
+pictures, `impulses` of steps that tell their impulses, `large` of large answers in one message and in chunks, `peers` of
+other simulators. `viewer` (windows of `drape.viewer`) and `ray` (shards on Ray) also write their table into results/.
 """
 
 import argparse
@@ -13,14 +13,14 @@ import json
 import os
 import pathlib
 import re
-import resource
 import subprocess
 import sys
 import time
 
 import numpy as np
-import peers  # these two are beside this file
+import peers  # these three are beside this file
 from large_answers import large
+from python_client import SIDE, cpu_s, sheet
 
 import drape
 from drape import ClothSpec, Grid, Pin, StepSettings
@@ -28,7 +28,7 @@ from drape import ClothSpec, Grid, Pin, StepSettings
 ROOT = pathlib.Path(__file__).resolve().parents[3]
 PEERS_PYTHON = ROOT / "build/peers-environment/bin/python"
 CPP = os.environ.get("DRAPE_BURST", ROOT / "build/release/bin/drape_burst")
-SIDE = 32
+PYTHON_SIDE = pathlib.Path(__file__).with_name("python_client.py")
 # name, cloths, positions, calls per round
 CASES = [("empty Step", 1, False, 400), ("64 x 1024, positions", 64, True, 200), ("1000 x 1024, positions", 1000, True, 20)]
 ROUNDS = 5
@@ -37,37 +37,17 @@ TILE_PX = 128
 TICK_S = 1 / 100  # of /proc/PID/stat
 
 
-def sheet():
-    """As in burst.cpp: one cheap sweep, so that the client counts."""
-    return ClothSpec(grid=Grid(columns=SIDE, rows=SIDE, width_m=1, height_m=1), pins=[Pin(particle=0), Pin(particle=31)],
-                     settings=StepSettings(substeps=1, max_iterations=1))
-
-
-def cpu_s():
-    usage = resource.getrusage(resource.RUSAGE_SELF)
-    return usage.ru_utime + usage.ru_stime
-
-
 def server_cpu_s(pid):
     fields = pathlib.Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()
     return (int(fields[11]) + int(fields[12])) * TICK_S
 
 
-def by_python(client, cloths, has_positions, calls):
-    with client.session() as session:
-        batch = session.create(sheet(), cloths)
-        view = drape.POSITIONS if has_positions else None
-        walls, total = [], 0.0
-        for call in range(-calls // 10, calls):
-            if call == 0:
-                begin_s = cpu_s()
-            begin = time.perf_counter()
-            answer = batch.step(view=view)
-            if has_positions:
-                total += answer.positions[-1, -1, 1]
-            if call >= 0:
-                walls.append(1e3 * (time.perf_counter() - begin))
-        return walls, 1e3 * (cpu_s() - begin_s) / calls
+def by_python(client, cloths, has_positions, calls, mallopt):
+    environment = {**os.environ, "DRAPE_MALLOPT": str(int(mallopt))}
+    done = subprocess.run([sys.executable, "-B", PYTHON_SIDE, client.address, str(cloths), str(calls), str(int(has_positions))],
+                          check=True, capture_output=True, text=True, env=environment)
+    found = json.loads(done.stdout)
+    return found["wall_ms"], found["cpu_ms"]
 
 
 def by_cpp(client, cloths, has_positions, calls, mallopt):
@@ -78,14 +58,16 @@ def by_cpp(client, cloths, has_positions, calls, mallopt):
 
 
 def compare(client, is_quick, wanted=""):
-    """Rows of the clients: every case whose name begins so by the three clients in turn, ROUNDS times."""
+    """Rows of the clients: every case whose name begins so by the clients in turn, ROUNDS times, each time in a process of
+    its own."""
     rows = []
     for name, cloths, has_positions, calls in CASES:
         if not name.startswith(wanted):
             continue
         calls = max(10, calls // 20) if is_quick else calls
         contestants = {
-            "Python": lambda: by_python(client, cloths, has_positions, calls),
+            "Python": lambda: by_python(client, cloths, has_positions, calls, True),
+            "Python, DRAPE_MALLOPT=0": lambda: by_python(client, cloths, has_positions, calls, False),
             "C++": lambda: by_cpp(client, cloths, has_positions, calls, False),
             "C++, mallopt": lambda: by_cpp(client, cloths, has_positions, calls, True)}
         walls, cpus = {key: [] for key in contestants}, {key: [] for key in contestants}
@@ -162,12 +144,12 @@ def environments(is_quick):
 
     rows = []
     for task, policy in ((drape.gym.DropFlat, scripted.lay_down), (drape.gym.FlingFlat, scripted.fling),
-                         (drape.gym.CoverSphere, scripted.cover)):
+                         (drape.gym.CoverSphere, scripted.cover), (drape.gym.FoldHalf, scripted.fold),
+                         (drape.gym.Flatten, scripted.spread), (drape.gym.Hang, scripted.hang)):
         envs, actions = (8, 3) if is_quick else (ENVS, ACTIONS)
         env = task(envs, backend="cpu")
         env.reset(seed=1)
-        plan = [policy(env)]
-        env.step(plan[0])
+        env.step(policy(env))
         pid = env._owned._connection.server.pid
         mine, theirs, wall = 0.0, server_cpu_s(pid), 0.0
         for _ in range(actions):
@@ -191,13 +173,16 @@ def viewer(client):
     from viewer_rate import measure  # viser takes a second to import
 
     rows = []
-    for cloths, side in ((10, SIDE), (1, 8 * SIDE)):
-        spec = sheet()
-        spec.grid.columns = spec.grid.rows = side
-        spec.pins[1].particle = side - 1
-        with client.session() as session:
-            batch = session.create(spec, cloths, origins=[[2.0 * k, 0, 0] for k in range(cloths)])
-            rows.append({"cloths": cloths, "particles": side * side, **measure(batch, cpu_s)})
+    for settings in ("one sweep", "REALTIME"):
+        for cloths, side in ((10, SIDE), (1, 8 * SIDE)):
+            spec = sheet()
+            spec.grid.columns = spec.grid.rows = side
+            spec.pins[1].particle = side - 1
+            if settings == "REALTIME":
+                spec.settings.CopyFrom(StepSettings(preset=StepSettings.REALTIME))
+            with client.session() as session:
+                batch = session.create(spec, cloths, origins=[[2.0 * k, 0, 0] for k in range(cloths)])
+                rows.append({"cloths": cloths, "particles": side * side, "settings": settings, **measure(batch, cpu_s)})
     return rows
 
 
@@ -229,12 +214,12 @@ def write_csv(path, rows):
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--quick", action="store_true")
-    parser.add_argument("--case", choices=[*(case[0] for case in CASES), "pictures", "impulses", "viewer", "large", "peers",
-                                             "ray"], default="")
+    parser.add_argument("--case", choices=[*(case[0] for case in CASES), "envs", "pictures", "impulses", "viewer", "large",
+                                             "peers", "ray"], default="")
     arguments = parser.parse_args()
     with drape.launch("cpu") as client:
         device = client.info.device
-        of_case = {"pictures": pictures, "impulses": impulses, "viewer": viewer, "large": large, "peers": of_peers,
+        of_case = {"envs": lambda _: environments(arguments.quick), "pictures": pictures, "impulses": impulses, "viewer": viewer, "large": large, "peers": of_peers,
                    "ray": lambda _: shards(arguments.quick)}.get(arguments.case)
         clients = of_case(client) if of_case else compare(client, arguments.quick, arguments.case)
     folder = pathlib.Path(__file__).with_name("results")

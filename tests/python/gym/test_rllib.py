@@ -2,7 +2,10 @@
 this in build/learning, where PyTorch is."""
 
 import os
+import re
 import signal
+import subprocess
+import sys
 import time
 
 import numpy as np
@@ -12,6 +15,8 @@ pytest.importorskip("ray.rllib", reason="not in build/venv: python_learning_test
 import psutil
 import ray
 from ray.rllib.algorithms.ppo import PPOConfig
+
+from conftest import ROOT
 
 ENVS, HORIZON = 4, 4
 WAIT_S = 120
@@ -80,3 +85,13 @@ def test_an_env_runner_whose_server_is_killed_comes_back(algorithm):
         assert time.monotonic() < end, found
     the_servers(1)
     assert np.isfinite(found["episode_return_mean"])
+
+
+@pytest.mark.full
+def test_the_example(cluster):
+    example = ROOT / "client/python/examples/rllib_drop_flat.py"
+    done = subprocess.run([sys.executable, example, "2", "1", "4", "6"], capture_output=True, text=True, timeout=600,
+                          env={**os.environ, "RAY_ADDRESS": "local", "RAY_AUTH_MODE": "disabled"})
+    assert done.returncode == 0, done.stderr[-4000:]
+    lines = re.findall(r"^(\d): (\d+) actions, return (-[\d.]+) in the mean$", done.stdout, re.M)
+    assert [(one, actions) for one, actions, _ in lines] == [("1", "120"), ("2", "240")], done.stdout

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from gymnasium.vector import AutoresetMode, SyncVectorEnv
 
-from drape.gym import single
+from drape.gym import single, vector
 from short_task import NUM, Short
 
 
@@ -222,8 +222,20 @@ def test_gymnasiums_checks_of_a_single_environment(client):
     env.close()
 
 
-def test_pictures(make):
-    env = make(num=2, render_mode="rgb_array")
+def test_pictures_come_in_one_request(make, monkeypatch):
+    env = make(render_mode="rgb_array")
     env.reset(seed=1)
-    first, second = env.render()
-    assert first.shape == (240, 320, 3) and not np.array_equal(first, second)
+    asked, tiles = [], env.cloths.render_tiles
+    monkeypatch.setattr(env.cloths, "render_tiles", lambda *fields, **options: asked.append(1) or tiles(*fields, **options))
+    pictures = env.render()
+    assert isinstance(pictures, tuple) and len(asked) == 1
+    assert all(picture.shape == (240, 320, 3) and picture.dtype == np.uint8 for picture in pictures)
+    assert not np.array_equal(pictures[0], pictures[1])
+    assert all((picture[..., 2].astype(int) - picture[..., 0] > 20).sum() > 500 for picture in pictures)  # a blue cloth
+    monkeypatch.setattr(vector, "_MOST_PIXELS", 2 * 320 * 240)
+    alone = make(num=1, render_mode="rgb_array")
+    alone.reset(seed=1)
+    again = [*env.render(), *alone.render()]
+    assert len(asked) == 3
+    for picture, same in zip(again, [*pictures, pictures[0]]):  # but for the rounding of places
+        assert np.abs(picture.astype(int) - same).max() <= 2

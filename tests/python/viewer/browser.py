@@ -8,6 +8,7 @@ import subprocess
 import time
 
 import numpy as np
+from drape.viewer.shapes import rotation_of
 from PIL import Image
 from websockets.sync.client import connect
 
@@ -74,10 +75,50 @@ class Browser:
                  button="left" if kind != "mouseMoved" or holds else "none", buttons=int(kind == "mousePressed" or holds),
                  clickCount=0 if kind == "mouseMoved" else 1)
 
+    def click(self, at):
+        self.mouse("mousePressed", at)
+        self.mouse("mouseReleased", at)
+
+    def press(self, key, code):
+        """A key by its name and number, e.g. "Enter", 13."""
+        for kind in ("rawKeyDown", "keyUp"):
+            self.ask("Input.dispatchKeyEvent", type=kind, key=key, code=key, windowsVirtualKeyCode=code)
+
+    def places(self, selector):
+        """[x, y, width, height] of every element that is shown, from top to bottom, and its text."""
+        found = self.run(f"""[...document.querySelectorAll({json.dumps(selector)})].map(one => {{
+            const box = one.getBoundingClientRect(); return [[box.x, box.y, box.width, box.height], one.innerText]; }})""")
+        return sorted((one for one in found if one[0][2] and one[0][3]), key=lambda one: one[0][1])
+
+    def beside(self, text, selector):
+        """The middles of the elements on the line of the label of this text, from left to right."""
+        ((_, line, _, high),) = [box for box, own in self.places("label") if own == text]
+        middles = [middle(box) for box, _ in self.places(selector)]
+        return sorted(one for one in middles if abs(one[1] - line - high / 2) < 12)
+
+    def press_button(self, text):
+        """Clicks on the button of this text, or on the box to tick beside it."""
+        buttons = [box for box, own in self.places("button") if own == text]
+        self.click(middle(buttons[0]) if buttons else self.beside(text, "input[type=checkbox]")[0])
+
     def close(self):
         self._socket.close()
         self._process.terminate()
         self._process.wait(30)
+
+
+def middle(box):
+    x, y, width, height = box
+    return x + width / 2, y + height / 2
+
+
+def on_screen(window, points, width, height):
+    """Pixels [n, 2] of points [n, 3], by the camera that the browser says it has."""
+    (client,) = window.server.get_clients().values()
+    w, x, y, z = client.camera.wxyz
+    seen = (points - client.camera.position) @ rotation_of([x, y, z, w])  # x right, y down, z ahead
+    focal = height / 2 / np.tan(client.camera.fov / 2)
+    return seen[:, :2] / seen[:, 2:] * focal + [width / 2, height / 2]
 
 
 def wait_for(condition, facts=None):

@@ -1,6 +1,5 @@
 """The viewer in a real browser: what is seen is the cloth, and the mouse pulls it."""
 
-import socket
 import time
 
 import numpy as np
@@ -10,7 +9,7 @@ from PIL import Image, ImageDraw
 from conftest import sheet
 from drape import Material
 from drape.viewer import Window
-from drape.viewer.shapes import rotation_of
+import browser as pages
 from browser import Browser, wait_for
 
 WIDTH, HEIGHT = 1600, 700
@@ -20,12 +19,9 @@ LIKENESS = 0.95  # of what is seen with what is expected: the rest are edges and
 
 
 @pytest.fixture
-def window(session):
+def window(session, free_port):
     cloths = session.create(sheet(SIDE, max_grips=1, material=Material(damping_per_s=2.0)))
-    with socket.socket() as probe:
-        probe.bind(("127.0.0.1", 0))
-        port = probe.getsockname()[1]
-    with Window([cloths], port=port) as window:
+    with Window([cloths], port=free_port) as window:
         yield window
 
 
@@ -41,12 +37,7 @@ def browser(window, tmp_path):
 
 
 def on_screen(window, points):
-    """Pixels [n, 2] of points [n, 3], by the camera that the browser says it has."""
-    (client,) = window.server.get_clients().values()
-    w, x, y, z = client.camera.wxyz
-    seen = (points - client.camera.position) @ rotation_of([x, y, z, w])  # x right, y down, z ahead
-    focal = HEIGHT / 2 / np.tan(client.camera.fov / 2)
-    return seen[:, :2] / seen[:, 2:] * focal + [WIDTH / 2, HEIGHT / 2]
+    return pages.on_screen(window, points, WIDTH, HEIGHT)
 
 
 def likeness(window, picture):
@@ -73,20 +64,6 @@ def wait_for_the_picture(window, browser):
         return seen[-1] > LIKENESS
 
     wait_for(is_shown, seen)
-
-
-def click(browser, text):
-    """A click of the mouse on the button of this text, or on the box to tick beside it."""
-    middle = "one => { const box = one.getBoundingClientRect(); return [box.x + box.width / 2, box.y + box.height / 2]; }"
-    buttons = browser.run("[...document.querySelectorAll('button')].map(one => one.innerText)")
-    if text in buttons:
-        x, y = browser.run(f"({middle})(document.querySelectorAll('button')[{buttons.index(text)}])")
-    else:
-        label = browser.run(f"({middle})([...document.querySelectorAll('label')].find(one => one.innerText == '{text}'))")
-        boxes = browser.run(f"[...document.querySelectorAll('input[type=checkbox]')].map({middle})")
-        x, y = min(boxes, key=lambda at: abs(at[1] - label[1]))
-    browser.mouse("mousePressed", (x, y))
-    browser.mouse("mouseReleased", (x, y))
 
 
 @pytest.mark.full
@@ -121,14 +98,14 @@ def test_a_drag_of_the_mouse_moves_the_cloth_that_is_seen(window, browser):
     wait_for_the_picture(window, browser)
     assert (np.abs(browser.picture()[:, VIEW].astype(int) - first[:, VIEW]).max(2) > 50).sum() > 1000
 
-    click(browser, "step")
+    browser.press_button("step")
     wait_for(lambda: cloths.step_count[0] == before + 1)
-    click(browser, "play")
+    browser.press_button("play")
     wait_for(lambda: cloths.step_count[0] > before + 10)
-    click(browser, "play")
+    browser.press_button("play")
     wait_for(lambda: not window.play.value)
     wait_for_the_picture(window, browser)
-    click(browser, "reset")
+    browser.press_button("reset")
     wait_for(lambda: cloths.step_count[0] == 0)
     wait_for_the_picture(window, browser)
     assert likeness(window, first) > LIKENESS  # the same as at first

@@ -40,3 +40,15 @@ def test_a_plane_is_seen_from_its_outer_side():
     a, b, c = vertices[faces[0]]
     normal = np.cross(b - a, c - a)
     assert np.allclose(normal / np.linalg.norm(normal), np.array([1, 2, 0]) / np.sqrt(5), atol=1e-6)
+
+
+def test_the_pivot_of_a_body_is_its_centre_of_mass():
+    """As its poses are given, whatever the transform of its mesh."""
+    collider = Collider(mass_kg=2)
+    collider.MergeFrom(CASES["mesh"][0])
+    vertices, _, pivot = shape_of(collider)
+    assert np.allclose(vertices.mean(0), 0, atol=1e-6)  # of a tetrahedron
+    plain, _, place = shape_of(CASES["mesh"][0])
+    assert np.allclose(vertices + pivot, plain + place, atol=1e-6)
+    cylinder = CASES["cylinder"][0]
+    assert np.allclose(shape_of(Collider(cylinder=cylinder.cylinder, density_kg_per_m3=1))[2], [0, -1, 1])

@@ -7,27 +7,9 @@ import numpy as np
 import pytest
 
 import drape
-from conftest import ROOT, certificate_of, sheet
+from conftest import ROOT, certificate_of, sheet, wait_for
 from drape.viewer import Window
 from drape.viewer.__main__ import main
-
-SHOT_S = 5.0
-
-
-def wait_for(condition):
-    end = time.monotonic() + SHOT_S
-    while not condition() and time.monotonic() < end:
-        time.sleep(0.01)
-    assert condition()
-
-
-@pytest.fixture
-def free_port():
-    import socket
-
-    with socket.socket() as probe:
-        probe.bind(("127.0.0.1", 0))
-        return probe.getsockname()[1]
 
 
 def test_play_step_reset_and_recording(session, free_port, tmp_path):
@@ -115,17 +97,41 @@ def test_moving_colliders_are_where_the_server_has_them(client, free_port):
             wait_for(lambda: "step 30," in window.status.content)
             for cloths, drawing in zip(player.cloths, window._drawings):
                 poses = cloths.describe(0).collider_poses
-                assert len(poses) == len(drawing._colliders) > 0
-                for (batch, _), pose in zip(drawing._colliders, poses):
-                    assert np.allclose(batch.batched_positions[0], pose.position_m, atol=1e-6)
+                assert len(poses) == len(drawing._colliders.places) > 0
+                for index, _, batch in drawing._colliders.places:
+                    assert np.allclose(batch.batched_positions[0], poses[index].position_m, atol=1e-6)
 
 
-def test_wind_and_gravity_are_those_of_the_controls(session, free_port):
-    cloths = session.create(sheet())
-    with Window([cloths], port=free_port) as window:
-        window.gravity.value = 2.0
-        window._set_environment()
-        assert list(cloths.describe(0).environment.gravity_m_per_s2) == [0, 2, 0]
+def test_the_cloths_of_a_world_are_stepped_together(session, free_port):
+    batches = [session.create(sheet(side, self_collision=drape.v1.SelfCollision()), world="pile") for side in (6, 5)]
+    with Window(batches, port=free_port) as window:
+        window.ask_step(2)
+        wait_for(lambda: [int(cloths.step_count[0]) for cloths in batches] == [2, 2])
+        assert "WORLD" not in window.status.content
+
+
+def test_the_window_says_why_cloths_cannot_be_pulled(session, free_port):
+    plain, held = session.create(sheet()), session.create(sheet(max_grips=2))
+    loose = session.create(drape.ClothSpec(particles=drape.Particles(positions_m=[0, 0, 0], masses_kg=[1.0])))
+    for batches, advance, words in (
+            ([held], "step", "shift and the left button pull"), ([plain], "step", "max_grips"),
+            ([plain, held], "step", "Some cloths cannot"), ([loose], "step", "no triangles"), ([held], None, "--step")):
+        with Window(batches, advance=advance, port=free_port) as window:
+            assert words in window.pulling.content, window.pulling.content
+
+
+def test_a_drag_of_a_cloth_without_grips_does_nothing(session, free_port):
+    plain, held = session.create(sheet(5)), session.create(sheet(5, max_grips=3), origins=[[2, 0, 0]])
+    both = session.attach([*plain.ids, *held.ids])
+    with Window([both], port=free_port) as window:
+        drawing = window._drawings[0]
+        assert (drawing.grip_of(0), drawing.grip_of(1)) == (None, 2)
+        for phase in ("start", "update", "end"):
+            window._drags.put((drawing, phase, np.array([0.5, 0, 0.5]), np.array([0.5, 0.2, 0.5])))
+            wait_for(window._drags.empty)
+        assert window._pulled is None and "**" not in window.status.content
+        window._drags.put((drawing, "start", np.array([2.5, 0, 0.5]), np.array([2.5, 0, 0.5])))
+        wait_for(lambda: window._pulled is not None and window._pulled[1:] == (1, 2))
 
 
 @pytest.fixture(scope="module")

@@ -24,8 +24,9 @@ from .pipeline import Pipeline
 from .private_server import find_server
 from .retries import Retries
 from .session import Session
-from .states import POSITIONS, POSITIONS_AND_VELOCITIES, VELOCITIES, Answer, Impulses, States, pack
+from .states import POSITIONS, POSITIONS_AND_VELOCITIES, VELOCITIES, Answer, Grips, Impulses, States, pack
 from .streams import Frame, Frames, Run
+from .topology import Topology
 from .v1 import (Box, Camera, Capsule, ClothOverride, ClothSpec, Collider, Cylinder, DistanceConstraint, Environment, Grid,
                  Material, Mesh, MeshImport, Particles, Pin, Plane, PointJoint, Sphere, Spring, StateView, StepSettings,
                  Transform)

@@ -210,6 +210,7 @@ class Cloths(ClothsBase):
     reset = _awaiting(ClothsBase._reset)
     update = _awaiting(ClothsBase._update)
     describe = _awaiting(ClothsBase._describe)
+    descriptions = _awaiting(ClothsBase._descriptions)
     delete = _awaiting(ClothsBase._delete)
     write = _awaiting(ClothsBase._write)
     save = _awaiting(ClothsBase._save)

@@ -84,8 +84,8 @@ class ClothsBase(Controls):
         this many, else FailedPrecondition (STEP_MISMATCH). view: what the answer brings: drape.POSITIONS (default),
         VELOCITIES, POSITIONS_AND_VELOCITIES, None, or a StateView with `particles`, an `encoding` or `reductions`, e.g.
         StateView(reductions=[StateView.TARGET_DISTANCE], target_m=drape.pack(target)). report: measure each cloth after
-        the last step. grips: tell what the grips hold (`Answer.grips`). impulses: tell what the cloths gave to their
-        colliders, pins and grips in the last step (`Answer.impulses`).
+        the last step. grips: tell what the grips hold, and where (`Answer.grips`). impulses: tell what the
+        cloths gave to their colliders, pins and grips in the last step (`Answer.impulses`, `Answer.grips.forces`).
         request_id: a repetition of a completed step with the same id gets the same answer and no step.
         Raises InvalidArgument, FailedPrecondition, SessionLost, ResourceExhausted, DeadlineExceeded.
         """
@@ -278,6 +278,11 @@ class ClothsBase(Controls):
         request = v1.GetClothRequest(session=self._session.name, cloth_id=self._all_ids[at])
         return (yield Unary("GetCloth", request, self._session._route))
 
+    def _descriptions(self, ids=None) -> Operation[list[v1.Cloth]]:
+        """What `describe` tells, of the cloths of `ids`, in few requests."""
+        found = yield from self._session._described(self._ids_list(columns.rows_of(ids, self.num)))
+        return list(found.values())
+
     def _delete(self) -> Operation[None]:
         """Deletes the cloths on the server."""
         request = v1.DeleteClothsRequest(session=self._session.name)
@@ -381,7 +386,7 @@ class ClothsBase(Controls):
         if len(every):
             self._connection.told_steps[self._session.name] = int(answer.step_count[answer.step_count.argmax()])
         if request.grip_states:
-            answer.grips = states.Grips.of(response.grips, len(every))
+            answer.grips = states.Grips.of(response.grips, len(every), request.impulses)
         if request.impulses:
             answer.impulses = states.Impulses.of(response, self._ids_list(rows))
         if reader is not None or response.HasField("states"):
@@ -413,6 +418,7 @@ class Cloths(ClothsBase):
     reset = blocking(ClothsBase._reset)
     update = blocking(ClothsBase._update)
     describe = blocking(ClothsBase._describe)
+    descriptions = blocking(ClothsBase._descriptions)
     delete = blocking(ClothsBase._delete)
     write = blocking(ClothsBase._write)
     save = blocking(ClothsBase._save)

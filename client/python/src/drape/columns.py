@@ -68,7 +68,8 @@ def spread(name, array, shape):
         raise errors.bad_field(name, f"has the shape {array.shape}, which does not fit {tuple(shape)}") from error
 
 
-def _integers(name, value):
+def integers(name, value):
+    """`value` as an array of whole numbers, of its own type."""
     array = numbers(name, value)
     if array.size and array.dtype.kind not in "iu":
         raise errors.bad_field(name, f"whole numbers are needed, got {array.dtype}")
@@ -76,7 +77,7 @@ def _integers(name, value):
 
 
 def _naturals(name, value):
-    array = _integers(name, value)
+    array = integers(name, value)
     if array.size and array.min() < 0:
         raise errors.bad_field(name, f"{array.min()} is not >= 0")
     return array
@@ -100,7 +101,7 @@ def cloth_ids(name, value):
 
 def indices(name, value, count):
     """`value` as indices in a batch of `count` cloths, which may come more than once, and count from the end."""
-    array = _integers(name, value).astype(np.intp)
+    array = integers(name, value).astype(np.intp)
     is_bad = (array < -count) | (array >= count)
     if is_bad.any():
         raise errors.bad_field(name, f"index {array[is_bad].flat[0]} is not one of the {count} cloths")

@@ -95,7 +95,8 @@ class Controls:
 
         slots: the k grips, [k] or [m, k], each below max_grips. Either particles: [k] or [m, k], however far away; or
         nearest_to [m]: [m, k, 3] in the environment, within radius_m [m] (a number or [m, k]): the nearest that nothing
-        holds; the grip stays open if there is none (`Answer.grips` tells). at [m]: [m, k, 3], where the grip of
+        holds; the grip stays open if there is none. `step(grips=True)` tells what they hold, `step(impulses=True)` also
+        how hard the cloth pulls (`Answer.grips`). at [m]: [m, k, 3], where the grip of
         `particles` is; None: at the particle. What is grabbed keeps its offset from the grip. largest_force_n [N], a
         number or [m, k]: the grip opens at the end of a step over which the cloth pulls it harder on average; costs as
         much as `step(impulses=True)`.

@@ -1,5 +1,6 @@
 """The allocator of glibc, which by default gives the memory of every large answer back to the system, and asks for it
-again at the next one. Keeping it halves the client's CPU time for answers of 0.8 MB (`./run bench python`)."""
+again at the next one. Keeping it saves a third of the client's CPU time for answers of 0.8 MB (`Python, DRAPE_MALLOPT=0` of
+`./run bench python`)."""
 
 import ctypes
 import os

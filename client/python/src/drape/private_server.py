@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import importlib.metadata
 import importlib.util
+import json
 import os
 import pathlib
 import shutil
@@ -12,6 +14,7 @@ import sys
 import tempfile
 import threading
 import time
+import urllib.parse
 import weakref
 
 from . import checks, errors
@@ -19,6 +22,7 @@ from . import checks, errors
 _DRAIN_S = 8  # for unfinished work before SIGKILL; nobody waits for its answer
 _POLL_S = 0.005
 _TAIL_BYTES = 4000
+_BUILT = "build/release/bin/draped"  # in a checkout
 
 # Runs in the new process before the server: it dies with its parent, by a signal that cannot be missed. The signal
 # comes when the *thread* that started it ends, so a thread stays for it (_Keeper).
@@ -32,8 +36,8 @@ os.execv(sys.argv[2], sys.argv[2:])
 
 
 def find_server(program=None):
-    """The path of `draped`: `program`; else $DRAPE_SERVER; else that of the package drape-server; else that of the
-    checkout from which this package is installed (editable); else that on PATH. Raises NotFound."""
+    """The path of `draped`: `program`; else $DRAPE_SERVER; else that of the package drape-server; else that which is
+    built in the checkout from which this package was installed; else that on PATH. Raises NotFound."""
     asked = program or os.environ.get("DRAPE_SERVER")
     if asked:
         if os.path.isfile(asked) and os.access(asked, os.X_OK):
@@ -43,17 +47,41 @@ def find_server(program=None):
         import drape_server
 
         return str(drape_server.program())
-    checkout = pathlib.Path(__file__).resolve().parents[4]
-    built = checkout / "build/release/bin/draped"
-    if (checkout / "proto/drape/v1").is_dir() and built.is_file():
+    checkout = _checkout()
+    built = None if checkout is None else checkout / _BUILT
+    if built is not None and built.is_file():
         return str(built)
     found = shutil.which("draped")
     if found is None:
-        raise errors.NotFound(
-            "no server program: set DRAPE_SERVER to the path of draped, or install the wheel drape-server (./run wheels), or "
-            "build it (./run build) where this package is installed by pip install --editable, or drape.connect() to one "
-            "that runs", reason="NO_SERVER_PROGRAM")
+        raise errors.NotFound(_how_to_get_a_server(checkout), reason="NO_SERVER_PROGRAM")
     return found
+
+
+def _checkout():
+    """From which this package was installed, also as a copy of it; None if it is not there."""
+    for client in (pathlib.Path(__file__).resolve().parents[2], _installed_from()):
+        if client is not None and (client.parents[1] / "proto/drape/v1").is_dir():
+            return client.parents[1]
+    return None
+
+
+def _installed_from():
+    """The folder that pip was told of; None for a wheel."""
+    try:
+        text = importlib.metadata.distribution("drape-sim").read_text("direct_url.json")
+    except importlib.metadata.PackageNotFoundError:
+        return None
+    url = urllib.parse.urlparse(json.loads(text or "{}").get("url", ""))
+    path = pathlib.Path(urllib.parse.unquote(url.path))
+    return path if url.scheme == "file" and len(path.parents) > 1 else None
+
+
+def _how_to_get_a_server(checkout):
+    build = "./run build in a checkout" if checkout is None else f"{checkout}/run build"
+    wheels = "build/wheels" if checkout is None else f"{checkout}/build/wheels"
+    return (f"this package has no server of its own. One of: {build}, then set DRAPE_SERVER={checkout or '/PATH'}/{_BUILT}; "
+            f"or pip install --find-links {wheels} 'drape-sim[server]', whose wheels ./run wheels makes; or put draped on "
+            "PATH; or drape.connect('HOST:PORT') to a server that runs")
 
 
 class PrivateServer:

@@ -41,15 +41,27 @@ class States:
 @dataclasses.dataclass
 class Grips:
     """particles: int64[m, grips], what each grip holds, -1 if it is open. positions [m]: [m, grips, 3], where that is,
-    in the environment; of an open one 0."""
+    in the environment; of an open one 0. impulses [N s]: [m, grips, 3], what the cloth gave to each grip in the last
+    step, 0 of an open one; None without `step(impulses=True)`. `forces` makes forces of them."""
 
     particles: np.ndarray
     positions: np.ndarray
+    impulses: np.ndarray | None = None
+
+    def forces(self, time_step_s: float) -> np.ndarray:
+        """[m, grips, 3] [N], with which the cloth pulled each grip on average over the last step. time_step_s: that of
+        the cloths, `settings.time_step_s` of what `cloths.describe(0)` tells, by default 1/60. Raises
+        FailedPrecondition without `step(impulses=True)`."""
+        if self.impulses is None:
+            raise errors.FailedPrecondition("forces of grips come with step(impulses=True)", reason="NO_IMPULSES")
+        return self.impulses / time_step_s
 
     @classmethod
-    def of(cls, message, count):
-        return cls(np.array(message.particles, np.int64).reshape(count, -1),
-                   np.array(message.positions_m).reshape(count, -1, 3))
+    def of(cls, message, count, has_impulses=False):
+        grips = len(message.particles) // count
+        impulses = np.array(message.impulses_n_s).reshape(count, grips, 3) if has_impulses else None
+        return cls(np.array(message.particles, np.int64).reshape(count, grips),
+                   np.array(message.positions_m).reshape(count, grips, 3), impulses)
 
 
 @dataclasses.dataclass

@@ -1,7 +1,11 @@
-"""Vector environments of drape.gym for Stable-Baselines3 (pip install stable-baselines3): `StableVecEnv(DropFlat(64,
+"""Vector environments of drape.gym for Stable-Baselines3 (extra `sb3`): `StableVecEnv(DropFlat(64,
 autoreset_mode="SameStep"))` goes wherever a `VecEnv` does."""
 
 from __future__ import annotations
+
+from drape import extras
+
+extras.need("stable_baselines3", "sb3")
 
 import numpy as np
 from gymnasium import spaces

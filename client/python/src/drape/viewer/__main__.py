@@ -80,22 +80,34 @@ def _of_scene(session, path, place):
     def advance(steps):
         done = player.advance(steps)
         if done < steps:  # the end of the scene: go on without controls
-            for cloths in player.cloths:
-                cloths.step(steps - done, view=None)
+            session.step(player.cloths, steps - done)
 
     return Window(player.cloths, advance=advance, reset=player.reset, time_step_s=scene.time_step_s,
                   tracks_colliders=moves, **place)
 
 
 def _of_session(session, steps, place):
-    """Cloths of equally many particles are one batch."""
-    groups = {}
+    return Window(_batches_of(session), advance="step" if steps else None, tracks_colliders=True, **place)
+
+
+def _batches_of(session):
+    """Cloths of one topology are one batch."""
+    by_shape: dict[tuple, list] = {}
     for cloth in session.list():
-        groups.setdefault(cloth.shape.particles, []).append(cloth.id)
-    if not groups:
+        shape = cloth.shape
+        by_shape.setdefault((shape.particles, shape.distance_constraints, shape.triangles), []).append(cloth.id)
+    if not by_shape:
         raise drape.FailedPrecondition("the session has no cloths", reason="NO_CLOTHS")
-    batches = [session.attach(ids) for ids in groups.values()]
-    return Window(batches, advance="step" if steps else None, tracks_colliders=True, **place)
+    batches = []
+    for ids in by_shape.values():
+        batch = session.attach(ids)
+        alike: dict[tuple, list] = {}
+        for row, cloth in enumerate(ids):  # 8 x 4 and 4 x 8 have equally many of everything
+            topology = batch.topology(row)
+            alike.setdefault(tuple(array.tobytes() for array in (
+                topology.rest_positions, topology.edges, topology.triangles)), []).append(cloth)
+        batches += [batch] if len(alike) == 1 else map(session.attach, alike.values())
+    return batches
 
 
 if __name__ == "__main__":

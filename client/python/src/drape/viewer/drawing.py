@@ -4,15 +4,16 @@ from __future__ import annotations
 
 import numpy as np
 
-from drape.viewer import colours, shapes
+from drape.viewer import colours
+from drape.viewer.colliders import Colliders
 
 _CLOTH = (86, 142, 200)
 _PIN = (220, 60, 40)
-_COLLIDER = (150, 150, 150)
 
 
 class Drawing:
-    """All cloths of a batch are one mesh, so that the number of messages does not depend on theirs."""
+    """All cloths of a batch are one mesh, so that the number of messages does not depend on theirs. Pins, colliders and
+    grips are those that each of them has."""
 
     def __init__(self, scene, name, cloths, stride=1):
         self.cloths = cloths
@@ -31,19 +32,37 @@ class Drawing:
         self._size_m = _spacing(positions[0], self._topology.edges)
         self._show_dots(_flat(positions), np.broadcast_to(np.uint8(_CLOTH), (positions.size // 3, 3)),
                         is_shown=self._surface is None)
-        self._described = cloths.describe(int(self._rows[0]))
-        self._pinned = [pin.particle for pin in self._described.pins]
-        self._colliders = self._add_colliders()
+        origins = cloths.origins if cloths.origins is not None else np.zeros((cloths.num, 3))
+        self._colliders = Colliders(scene, name, cloths, self._rows, np.asarray(origins, float)[self._rows])
+        self._tracks = False
+        self.describe()
         self.update("cloth")
 
-    @property
-    def grip(self):
-        """The grip by which the viewer pulls: the last of each cloth; None if they have none."""
-        return self._described.max_grips - 1 if self._described.max_grips else None
+    def describe(self):
+        """Asks the server anew for pins, colliders and grips of the cloths that are shown."""
+        self._described = self.cloths.descriptions(self._rows)
+        self._described_at = self.cloths.step_count[self._rows].copy()
+        pins = [(at, pin.particle) for at, cloth in enumerate(self._described) for pin in cloth.pins]
+        self._pinned = np.array(pins, int).reshape(-1, 2)
+        self._colliders.show(self._described)
+
+    def grip_of(self, row):
+        """The grip by which the viewer pulls a shown row of the batch: the last it has; None if it has none."""
+        grips = self._described[int(np.flatnonzero(self._rows == row)[0])].max_grips
+        return grips - 1 if grips else None
+
+    def why_not_pulled(self):
+        """Why the mouse pulls no cloth of this batch; "" if it does."""
+        if self._surface is None:
+            return "they have no triangles"
+        if not any(cloth.max_grips for cloth in self._described):
+            return "they have no grips (`ClothSpec.max_grips`)"
+        return ""
 
     def on_drag(self, callback):
-        """callback(drawing, phase, start [3], end [3]) for shift and the left button on the surface."""
-        if self._surface is None or self.grip is None:
+        """callback(drawing, phase, start [3], end [3]) for shift and the left button on the surface, if they can pull
+        it."""
+        if self.why_not_pulled():
             return
 
         @self._surface.on_drag("left", modifier="shift")
@@ -74,14 +93,10 @@ class Drawing:
                 self._strain = self._strain or colours.StrainColours(self._topology)
                 paint, top = self._strain(positions)
             self._show_dots(flat, paint.reshape(-1, 3), is_shown=True)
-        if self._pinned:
-            points = _flat(positions[:, self._pinned])
-            if self._pins is None:
-                self._pins = self._scene.add_point_cloud(f"{self._name}/pins", points, _PIN, point_size=0.8 * self._size_m,
-                                                         point_shape="circle", precision="float32")
-            else:
-                self._pins.points = points
-        self._move_colliders()
+        if (self._tracks or self._colliders.move_by_themselves) and (
+                self.cloths.step_count[self._rows] != self._described_at).any():
+            self.describe()
+        self._show_pins(positions)
         return top
 
     def can_colour(self, colouring):
@@ -95,37 +110,19 @@ class Drawing:
             self._dots.points, self._dots.colors = points, paint
         self._dots.visible = is_shown
 
-    def _add_colliders(self):
-        environment = self._described.environment
-        origins = self.cloths.origins if self.cloths.origins is not None else np.zeros((self.cloths.num, 3))
-        origins = np.unique(origins[self._rows], axis=0)
-        handles = []
-        for k, collider in enumerate(environment.colliders):
-            if k in self._topology.collider_meshes:
-                collider.mesh.CopyFrom(self._topology.collider_meshes[k])
-            vertices, faces, pivot = shapes.shape_of(collider)
-            # A plane is the same everywhere along itself: one is enough.
-            places = origins[:1] if collider.WhichOneof("shape") == "plane" else origins
-            unit = np.tile([1.0, 0, 0, 0], (len(places), 1))
-            handles.append((self._scene.add_batched_meshes_simple(
-                f"{self._name}/collider_{k}", vertices, faces, unit, places + pivot, batched_colors=_COLLIDER,
-                side="double"), places))
-        moves = any(collider.velocity_m_per_s or collider.angular_velocity_rad_per_s for collider in environment.colliders)
-        self._colliders_move = moves
-        return handles
-
-    def track_colliders(self):
-        """From now on asks the server where the colliders are, each time."""
-        self._colliders_move = True
-
-    def _move_colliders(self):
-        if not self._colliders_move or not self._colliders:
+    def _show_pins(self, positions):
+        points = np.ascontiguousarray(positions[self._pinned[:, 0], self._pinned[:, 1]], np.float32)
+        if self._pins is not None and len(self._pins.points) == len(points):
+            self._pins.points = points
             return
-        for handle, pose in zip(self._colliders, self.cloths.describe(int(self._rows[0])).collider_poses):
-            batch, places = handle
-            x, y, z, w = pose.rotation_xyzw or (0, 0, 0, 1)
-            batch.batched_positions = (places + np.array(pose.position_m)).astype(np.float32)
-            batch.batched_wxyzs = np.tile(np.float32([w, x, y, z]), (len(places), 1))
+        if self._pins is not None:
+            self._pins.remove()
+        self._pins = None if not len(points) else self._scene.add_point_cloud(
+            f"{self._name}/pins", points, _PIN, point_size=0.8 * self._size_m, point_shape="circle", precision="float32")
+
+    def track(self):
+        """From now on asks the server what moves besides the cloths after every step, since others move it."""
+        self._tracks = True
 
 
 def _flat(positions):

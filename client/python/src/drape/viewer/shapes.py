@@ -12,12 +12,27 @@ _SECTIONS = 24
 
 def shape_of(collider: v1.Collider):
     """vertices float32[v, 3] relative to the collider's pivot, faces uint32[f, 3], and the pivot [3] as described, in
-    the frame of the environment."""
+    the frame of the environment. That of a body is its centre of mass."""
     kind = collider.WhichOneof("shape")
     vertices, faces, pivot = _MAKERS[kind](getattr(collider, kind), collider)
-    if collider.pivot_m:
+    if is_body(collider):
+        pivot = _centre_of(vertices[faces.astype(np.int64)])
+    elif collider.pivot_m:
         pivot = np.array(collider.pivot_m)
     return (vertices - pivot).astype(np.float32), faces.astype(np.uint32), pivot
+
+
+def is_body(collider: v1.Collider):
+    """Whether it is a rigid body, which moves by what pushes it."""
+    return collider.HasField("density_kg_per_m3") or collider.HasField("mass_kg")
+
+
+def _centre_of(corners):
+    """[3] of the solid within triangles [f, 3, 3]: the mean of tetrahedra to a point amid them, by their volumes."""
+    amid = corners.mean((0, 1))
+    a, b, c = np.moveaxis(corners - amid, 1, 0)
+    volumes = (a * np.cross(b, c)).sum(-1)
+    return amid + (volumes[:, None] * (a + b + c)).sum(0) / (4 * volumes.sum())
 
 
 def rotation_of(xyzw):

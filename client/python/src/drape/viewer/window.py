@@ -10,22 +10,25 @@ import time
 import numpy as np
 import viser
 
-from drape import errors, v1
+from drape import errors
 from drape.viewer.drawing import Drawing
 from drape.viewer.pace import Pace
+from drape.viewer.surroundings import Surroundings
 
 _FRAME_S = 1 / 30
+_LOOK_AGAIN_S = 1.0  # whether somebody else has changed gravity or wind
 _COLOURINGS = ("cloth", "strain", "speed")
 
 
 class Window:
     """Batches of cloths in a browser, at most 30 pictures a second. Shift and the left button pull cloths with
-    `max_grips`.
+    `max_grips`. Gravity and wind are the cloths' own until they are moved here.
 
-    batches: a list of `Cloths`. advance(steps): steps them all (default: `step` of each); None: somebody else does.
-    reset(): begins again. time_step_s: of the simulation, for playing in real time. stride: shows every so manieth
-    cloth only, for slow networks. host: "0.0.0.0" lets other machines look on. `with` and `close()` end it; `run()`
-    blocks.
+    batches: a list of `Cloths`. advance(steps): steps them all (default: all of a session in one request, as the cloths
+    of a world must be); None: somebody else does. reset(): begins again. time_step_s: of the simulation, for playing in
+    real time. stride: shows every so manieth cloth only, for slow networks. host: "0.0.0.0" lets other machines look on.
+    tracks_colliders: others move them, or change pins: asks the server after every step. `with` and `close()` end it;
+    `run()` blocks.
     """
 
     def __init__(self, batches, *, advance="step", reset=None, time_step_s=1 / 60, stride=1, host="127.0.0.1", port=8080,
@@ -39,7 +42,7 @@ class Window:
         self._is_reset_asked = False
         self._closing = threading.Event()
         self._drags = queue.SimpleQueue()
-        self._pulled = None  # (drawing, row) while a cloth is dragged
+        self._pulled = None  # (drawing, row, slot) while a cloth is dragged
         self._recording = None
         self.server = viser.ViserServer(host=host, port=port, verbose=False)
         self.server.scene.set_up_direction("+y")
@@ -49,7 +52,7 @@ class Window:
             if advance is not None:
                 drawing.on_drag(lambda *drag: self._drags.put(drag))
             if tracks_colliders:
-                drawing.track_colliders()
+                drawing.track()
         self._place_camera()
         self._add_controls()
         self._thread = threading.Thread(target=self._loop, name="drape-viewer", daemon=True)
@@ -103,14 +106,12 @@ class Window:
         step = gui.add_button("step", disabled=self._advance is None)
         reset = gui.add_button("reset", disabled=self._advance is None)
         self.colouring = gui.add_dropdown("colour by", [name for name in _COLOURINGS if self._can_colour(name)])
-        self.gravity = gui.add_slider("gravity [m/s²]", -20.0, 20.0, 0.1, -9.81)
-        self.wind = gui.add_vector3("wind [m/s]", (0.0, 0.0, 0.0), step=0.5)
+        self.surroundings = Surroundings(gui, self.batches)
+        self.pulling = gui.add_markdown(self._how_to_pull())
         self.status = gui.add_markdown("")
         record = gui.add_button("record")
         step.on_click(lambda _: self.ask_step())
         reset.on_click(lambda _: self.ask_reset())
-        self.gravity.on_update(lambda _: self._set_environment())
-        self.wind.on_update(lambda _: self._set_environment())
         record.on_click(lambda event: self._toggle_recording(event, record))
 
     def ask_step(self, steps: int = 1) -> None:
@@ -125,12 +126,15 @@ class Window:
     def _can_colour(self, name):
         return all(drawing.can_colour(name) for drawing in self._drawings)
 
-    def _set_environment(self):
-        environment = v1.Environment(gravity_m_per_s2=[0, self.gravity.value, 0], wind_m_per_s=self.wind.value)
-        paths = ["environment.gravity_m_per_s2", "environment.wind_m_per_s"]
-        with self._lock:
-            for cloths in self.batches:
-                cloths.update(v1.ClothSpec(environment=environment), paths)
+    def _how_to_pull(self):
+        if self._advance is None:
+            return ("The cloths cannot be pulled, since somebody else steps them. `python -m drape.viewer --step` steps them "
+                    "itself.")
+        reasons = [drawing.why_not_pulled() for drawing in self._drawings]
+        if not any(reasons):
+            return "shift and the left button pull the cloth"
+        which = "The" if all(reasons) else "Some"
+        return f"{which} cloths cannot be pulled: {', or '.join(sorted(set(filter(None, reasons))))}."
 
     def _toggle_recording(self, event, button):
         if self._recording is None:
@@ -141,12 +145,13 @@ class Window:
             recording, self._recording = self._recording, None
         button.label = "record"
         if event.client is not None:
-            event.client.send_file_download("drape.html", recording.as_html().encode())
+            event.client.send_file_download("drape.html", recording.as_html().encode(), save_immediately=True)
 
     # --- the loop
 
     def _loop(self):
         owed_s, last, pace = 0.0, time.monotonic(), Pace(_FRAME_S)
+        looked = last
         while not self._closing.is_set():
             begin = time.monotonic()
             runs = self.play.value or self._pulled is not None or not self._drags.empty()
@@ -154,8 +159,12 @@ class Window:
             last = begin
             try:
                 with self._lock:
+                    self.surroundings.apply()
                     steps = self._steps_now(int(owed_s / self._time_step_s))
                     owed_s -= steps * self._time_step_s
+                    if begin - looked > _LOOK_AGAIN_S:
+                        looked = begin
+                        self.surroundings.follow()
                     self._show(steps)
             except errors.Error as error:
                 self.status.content = f"**{error}**"
@@ -168,6 +177,9 @@ class Window:
         if self._is_reset_asked:
             self._is_reset_asked = False
             self._reset()
+            self.surroundings.follow()
+            for drawing in self._drawings:
+                drawing.describe()
         while not self._drags.empty():
             self._pull(*self._drags.get())
         if steps and self._advance is not None:
@@ -180,14 +192,17 @@ class Window:
 
     def _pull(self, drawing, phase, start, end):
         """The particle that was nearest when the drag began follows the pointer."""
-        cloths, slot = drawing.cloths, drawing.grip
+        cloths = drawing.cloths
         if phase == "start":
             row, particle = drawing.nearest(start)
+            slot = drawing.grip_of(row)
+            if slot is None:
+                return
             cloths.grip(slot, particles=[particle], ids=[row])
-            self._pulled = (drawing, row)
+            self._pulled = (drawing, row, slot)
         if self._pulled is None:
             return
-        row = self._pulled[1]
+        _, row, slot = self._pulled
         if phase == "end":
             cloths.release(slot, ids=[row])
             self._pulled = None
@@ -211,8 +226,12 @@ class Window:
                                + f"  \n{1e3 * (time.perf_counter() - begin):.1f} ms per picture here")
 
     def _step_all(self, steps):
-        for cloths in self.batches:
-            cloths.step(steps)
+        if len(self.batches) == 1:
+            self.batches[0].step(steps)  # its answer brings the positions
+            return
+        sessions = {id(cloths._session): cloths._session for cloths in self.batches}
+        for session in sessions.values():
+            session.step([cloths for cloths in self.batches if cloths._session is session], steps)
 
     def _reset_all(self):
         for cloths in self.batches:
