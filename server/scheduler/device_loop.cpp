@@ -73,7 +73,7 @@ void DeviceLoop::Admit(StepWork work, int64_t submitted_us) {
 }
 
 std::optional<int64_t> DeviceLoop::RunRound() {
-  Finish(StartAndEnd());
+  StartAndFinish();
   const std::vector<Part> parts = SelectParts();
   if (parts.empty()) {
     GiveAnswers();
@@ -88,8 +88,14 @@ std::optional<int64_t> DeviceLoop::RunRound() {
     span.Add("requests", static_cast<int64_t>(parts.size()));
     span.Add("is_piece", is_long);
   }
-  Finish(StartAndEnd());
+  StartAndFinish();
   return batch_us;
+}
+
+void DeviceLoop::StartAndFinish() {
+  for (std::vector<RequestPointer> over = StartAndEnd(); !over.empty(); over = StartAndEnd()) {
+    Finish(std::move(over));
+  }
 }
 
 std::vector<DeviceLoop::RequestPointer> DeviceLoop::StartAndEnd() {
@@ -100,8 +106,8 @@ std::vector<DeviceLoop::RequestPointer> DeviceLoop::StartAndEnd() {
     ActiveRequest& request = **entry;
     const std::optional<int64_t> held_us = HeldBackUntil_us(request, now_us);
     EndIfPointless(request, now_us, held_us);
-    if (!request.end_status() && !request.has_started() && request.may_start() && !held_us &&
-        request.LooksReady(backend_)) {
+    if (over.empty() && !request.end_status() && !request.has_started() && request.may_start() &&
+        !held_us && request.LooksReady(backend_)) {
       const Status status = request.Start(backend_, settings_.max_steps_per_request);
       if (!status.ok()) request.EndWith(status);
     }

@@ -46,3 +46,29 @@ def test_leaving_by_an_exception_cancels(session):
                 steps.step(50)
             raise KeyError
     assert cloths.step().positions.shape == (4, 4096, 3)
+
+
+@pytest.mark.parametrize("kind", ["as created", "elsewhere", "saved"])
+def test_an_answer_is_that_of_its_step_also_when_the_next_one_starts_again(session, spec, kind):
+    cloths, alone = session.create(spec, count=3), session.create(spec, count=3)
+    for batch, name in ((cloths, "one"), (alone, "other")):
+        batch.step()
+        batch.save(name)
+    transforms = [[0, 1, 0, 0, 0, 0, 1]]
+
+    def again(batch, name):
+        batch.restart([1], **{"as created": {}, "elsewhere": {"transforms": transforms}, "saved": {"to": name}}[kind])
+
+    with cloths.pipeline(depth=4) as steps:
+        found = []
+        for k in range(12):
+            if k % 2:
+                again(cloths, "one")
+            found.append(steps.step())
+        found += steps.drain()
+    for k, answer in enumerate(answer for answer in found if answer is not None):
+        if k % 2:
+            again(alone, "other")
+        expected = alone.step()
+        assert answer.step_count.tolist() == expected.step_count.tolist()
+        assert bits(answer.positions) == bits(expected.positions)

@@ -345,6 +345,30 @@ TEST_F(DeviceLoopTest, StatesAreThoseOfTheRequestsOwnLastStep) {
   EXPECT_EQ(a->now().completed_steps, 6u);
 }
 
+// Several times over, as of a stream whose requests wait for each other.
+TEST_F(DeviceLoopTest, WhatTheNextRequestStartsAgainIsToldBefore) {
+  const auto a = Cloth();
+  const std::vector<Vector3d> start_m{{0, 5, 0}, {1, 5, 0}};
+  for (const int k : {0, 1, 2}) {
+    StepWork work = Work(std::to_string(k), {a}, 3);
+    work.view = {true, false};
+    work.restarts = {RestartPoint{}};
+    work.restart = [a, start_m](Backend& backend) {
+      ClothUpdate update;
+      update.state = ParticleState{start_m, std::vector<Vector3d>(2, Vector3d::Zero())};
+      a->Reset({}, {});
+      return backend.Write(a->handle(), update);
+    };
+    Admit(work);
+  }
+  RunAll();
+  EXPECT_EQ(ended_, (std::vector<std::string>{"0", "1", "2"}));
+  for (const auto& [name, outcome] : outcomes_) {
+    EXPECT_EQ(outcome.cloths[0].stamp.completed_steps, 3u) << name;
+    EXPECT_EQ(std::get<std::vector<double>>(outcome.states->positions_m)[1], 2) << name;
+  }
+}
+
 TEST_F(DeviceLoopTest, ACancelledRequestEndsAfterTheRoundAndFreesItsCloths) {
   const auto a = Cloth(), b = Cloth();
   StepWork work = Work("work", {a}, 100);
