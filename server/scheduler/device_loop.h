@@ -16,6 +16,7 @@
 #include "server/core/rate_quota.h"
 #include "server/scheduler/active_request.h"
 #include "server/scheduler/batch_policy.h"
+#include "server/scheduler/session_index.h"
 #include "server/scheduler/state_reading.h"
 #include "server/solver/device_backend.h"
 
@@ -33,19 +34,7 @@ struct RoundCounters {
   DurationHistogram request_durations;
 };
 
-// Numbers the sessions that have requests, densely: a number is used again when its session has no
-// more requests.
-class SessionIndex {
- public:
-  uint32_t Enter(const std::string& session);
-  void Leave(const std::string& session);
-
- private:
-  struct Entry {
-    uint32_t index = 0;
-    uint32_t requests = 0;
-  };
-  std::unordered_map<std::string, Entry> entries_;
+ std::unordered_map<std::string, Entry> entries_;
   std::vector<uint32_t> free_;
 };
 

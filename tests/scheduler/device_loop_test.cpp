@@ -462,17 +462,6 @@ TEST_F(DeviceLoopTest, EndAllEndsEverything) {
   EXPECT_EQ(outcomes_["second"].status.reason(), "DRAINING");
 }
 
-TEST(SessionIndex, NumbersOfThoseWhoLeftAreUsedAgain) {
-  SessionIndex index;
-  EXPECT_EQ(index.Enter("a"), 0u);
-  EXPECT_EQ(index.Enter("b"), 1u);
-  EXPECT_EQ(index.Enter("a"), 0u);
-  index.Leave("a");
-  EXPECT_EQ(index.Enter("c"), 2u);
-  index.Leave("a");
-  EXPECT_EQ(index.Enter("d"), 0u);
-}
-
 // Two cloths that take 0.25 ms together: the one with a budget of 1 ms gets one sweep, and then
 // as many as fit if they all cost as much.
 TEST_F(DeviceLoopTest, AFrameBudgetCapsTheSweepsOfItsCloth) {
