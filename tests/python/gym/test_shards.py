@@ -17,7 +17,7 @@ def cluster():
     import ray
     from ray.cluster_utils import Cluster
 
-    cluster = Cluster(initialize_head=True, head_node_args={"num_cpus": 1})
+    cluster = Cluster(initialize_head=True, head_node_args={"num_cpus": 1, "num_gpus": 2})  # GPUs on paper
     cluster.add_node(num_cpus=1)
     ray.init(address=cluster.address, log_to_driver=False)
     yield cluster
@@ -25,7 +25,7 @@ def cluster():
     cluster.shutdown()
 
 
-def make(task=None, **arguments):
+def make(task=None, num_cpus=1, **arguments):
     """Two shards, each on a node of its own: it takes the node's processor, once the test before has given it back."""
     import ray
     from drape.gym import DropFlat
@@ -35,7 +35,7 @@ def make(task=None, **arguments):
     while ray.available_resources().get("CPU", 0) < 2:
         assert time.monotonic() < end, ray.available_resources()
         time.sleep(0.05)
-    return ShardedVectorEnv(task or DropFlat, ENVS, shards=2, num_cpus=1, backend="cpu", **arguments)
+    return ShardedVectorEnv(task or DropFlat, ENVS, shards=2, num_cpus=num_cpus, **{"backend": "cpu", **arguments})
 
 
 def actions(seed=3):
@@ -79,8 +79,40 @@ def test_shards_are_one_environment(cluster, undisturbed):
     assert len({place["node"] for place in env.places()}) == 2
     assert equal(play(env), undisturbed)
     assert env.recoveries == 0
-    command = pathlib.Path(f"/proc/{env.places()[0]['server_pid']}/cmdline").read_text().split("\0")
-    assert "--threads=1" in command, "as many as the processors that Ray lends to the shard"
+    assert "--threads=1" in server_flags(env)[0], "as many as the processors that Ray lends to the shard"
+    env.close()
+
+
+def server_flags(env):
+    return [pathlib.Path(f"/proc/{place['server_pid']}/cmdline").read_text().split("\0") for place in env.places()]
+
+
+def test_each_server_has_the_gpu_of_its_actor(cluster, tmp_path):
+    """Ray numbers them as nvidia-smi does, the server by EGL: both lists are imitations, and the server steps on the CPU."""
+    import drape
+
+    uuids = [f"GPU-{k}0000000-aaaa-bbbb-cccc-dddddddddddd" for k in (1, 2)]
+    for name, text in {
+        "draped": f"""
+            if [ "$1" = --list-devices ]; then
+              echo "0  0000:c1:00.0  {uuids[1]}"; echo "1  0000:65:00.0  {uuids[0]}"
+            else
+              exec {drape.find_server()} "${{@/--backend=auto/--backend=cpu}}"
+            fi""",
+        "nvidia-smi": f"echo '0, {uuids[0]}, 00000000:65:00.0'; echo '1, {uuids[1]}, 00000000:C1:00.0'",
+    }.items():
+        (tmp_path / name).write_text(f"#!/bin/bash\n{text}\n")
+        (tmp_path / name).chmod(0o755)
+
+    def task(num_envs, **arguments):
+        from drape.gym import DropFlat
+
+        os.environ.update(DRAPE_SERVER=str(tmp_path / "draped"), PATH=f"{tmp_path}:/usr/bin:/bin")
+        return DropFlat(num_envs, **arguments)
+
+    env = make(task, num_cpus=0.5, num_gpus=1, backend="auto")
+    devices = [flag for flags in server_flags(env) for flag in flags if flag.startswith("--device=")]
+    assert sorted(devices) == [f"--device={uuid}" for uuid in uuids]
     env.close()
 
 
@@ -144,3 +176,5 @@ def test_errors_of_the_caller_are_raised(cluster):
 
     with pytest.raises(ValueError, match="shards"):
         ShardedVectorEnv(DropFlat, 2, shards=3)
+    with pytest.raises(ValueError, match="num_gpus"):
+        ShardedVectorEnv(DropFlat, 2, shards=1, num_gpus=2)

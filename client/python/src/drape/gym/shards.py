@@ -31,7 +31,7 @@ class ShardedVectorEnv(VectorEnv):
 
     task: a class of `drape.gym`, or any callable that makes a vector environment whose `reset` and `step` are repeatable.
     shards: how many, at most num_envs. num_cpus, num_gpus: of each shard, for Ray; its server has as many threads, so
-    that shards of one machine do not take the cores from each other. max_recoveries: of all shards in the environment's
+    that shards of one machine do not take the cores from each other, and the GPU that Ray gives to its actor. max_recoveries: of all shards in the environment's
     life, before the error is raised. Further arguments are the task's. Needs the extra `ray` of this package on all
     machines, and `ray.init()` before.
     """
@@ -40,6 +40,8 @@ class ShardedVectorEnv(VectorEnv):
                  max_recoveries: int = 100, **arguments):
         if not 1 <= shards <= num_envs:
             raise ValueError(f"shards: 1 to num_envs ({num_envs}), got {shards}")
+        if num_gpus > 1:
+            raise ValueError(f"num_gpus: a shard's server uses one at most, got {num_gpus}: make more shards")
         self.num_envs = num_envs
         self.replayed = 0
         self.recoveries = 0
