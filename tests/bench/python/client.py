@@ -4,7 +4,8 @@ and sheets of other simulators.
 Writes results/MACHINE.md and the tables beside it. With --quick: few calls, no other simulators, results printed only.
 With --case NAME: that comparison alone, printed only; `pictures` is one of pictures, `impulses` of steps that tell
 their impulses, `large` of large answers in one message and in chunks, `peers` of other simulators. `viewer` (windows of
-`drape.viewer`) and `ray` (shards on Ray) also write their table into results/.
+`drape.viewer`), `ray` (shards on Ray) and `proxy` (calls through HAProxy) also write their table into results/.
+--device: of Newton, as Warp calls it.
 """
 
 import argparse
@@ -19,7 +20,8 @@ import sys
 import time
 
 import numpy as np
-import peers  # these two are beside this file
+import peers  # these three are beside this file
+import proxy
 from large_answers import large
 
 import drape
@@ -207,8 +209,8 @@ def shards(is_quick):
     return measure(is_quick)
 
 
-def of_peers(_=None):
-    return peers.of_all(PEERS_PYTHON, server_cpu_s)
+def of_peers(device):
+    return peers.of_all(PEERS_PYTHON, server_cpu_s, device)
 
 
 def table(rows):
@@ -230,18 +232,20 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--quick", action="store_true")
     parser.add_argument("--case", choices=[*(case[0] for case in CASES), "pictures", "impulses", "viewer", "large", "peers",
-                                             "ray"], default="")
+                                             "ray", "proxy"], default="")
+    parser.add_argument("--device", default="auto")
     arguments = parser.parse_args()
     with drape.launch("cpu") as client:
         device = client.info.device
-        of_case = {"pictures": pictures, "impulses": impulses, "viewer": viewer, "large": large, "peers": of_peers,
-                   "ray": lambda _: shards(arguments.quick)}.get(arguments.case)
+        of_case = {"pictures": pictures, "impulses": impulses, "viewer": viewer, "large": large,
+                   "peers": lambda _: of_peers(arguments.device), "ray": lambda _: shards(arguments.quick),
+                   "proxy": lambda _: proxy.measure(arguments.quick)}.get(arguments.case)
         clients = of_case(client) if of_case else compare(client, arguments.quick, arguments.case)
     folder = pathlib.Path(__file__).with_name("results")
     machine = re.sub(r"[^a-z0-9]+", "-", device.lower()).strip("-")
     if arguments.case:
         print(f"{device}; load average {os.getloadavg()[0]:.1f}\n\n{table(clients)}")
-        if arguments.case in ("viewer", "ray") and not arguments.quick:
+        if arguments.case in ("viewer", "ray", "proxy") and not arguments.quick:
             write_csv(folder / f"{machine}_{arguments.case}.csv", clients)
         return 0
     envs = environments(arguments.quick)
@@ -251,7 +255,7 @@ def main():
     if arguments.quick:
         print(text)
         return 0
-    others = of_peers()
+    others = of_peers(arguments.device)
     text += "\n## Beside other simulators\n\n" + table(others)
     print(text)
     write_csv(folder / f"{machine}_clients.csv", clients)
