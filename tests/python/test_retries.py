@@ -80,7 +80,7 @@ class Cutter:
 
 @pytest.fixture(autouse=True)
 def early_pings(monkeypatch):
-    """grpcio before 1.7x does not notice every cut by itself, but by the next ping of the connection."""
+    """grpcio before 1.80 does not notice every cut by itself, but by the next ping of the connection."""
     monkeypatch.setattr("drape.connection.KEEPALIVE_MS", 1000)
 
 

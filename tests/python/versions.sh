@@ -8,7 +8,7 @@ wheel=$(ls "$source"/build/wheels/drape_sim-*.whl) || { echo "./run wheels comes
 # The lower bounds of pyproject.toml.
 old_grpcio=(grpcio==1.60.2)
 old_protobuf=(protobuf==4.25.8 googleapis-common-protos==1.62.0)
-old_others=(numpy==1.26.4 gymnasium==1.1.0 viser==1.0.0 trimesh==4.0.0 tqdm==4.60.0)
+old_others=(numpy==1.26.4 gymnasium==1.1.0 viser==1.0.28 trimesh==4.0.0 tqdm==4.60.0)
 wire=()
 for test in v1 client errors retries connection columns views; do wire+=("$source/tests/python/test_$test.py"); done
 rm -rf "$work"

@@ -28,7 +28,8 @@ _LOOPBACK = ("127.", "localhost:", "[::1]:")
 
 # As in the C++ client. A server that answers pings but not the request is given up after an hour.
 REQUEST_TIMEOUT_S = 3600.0
-# As in the C++ client. Servers accept a ping every 10 s.
+# As in the C++ client. Servers accept a ping every 10 s. grpcio before 1.80 does not notice some cuts of a connection but by
+# these pings: a call then waits for up to 30 s before it is sent again (tests/python/versions.sh tries the oldest one).
 KEEPALIVE_MS = 30_000
 KEEPALIVE_TIMEOUT_MS = 20_000
 # Between attempts to reach a server that is away: one that starts again takes a second or two.
