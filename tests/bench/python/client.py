@@ -4,8 +4,8 @@ and sheets of other simulators.
 Writes results/MACHINE.md and the tables beside it. With --quick: few calls, no other simulators, results printed only.
 With --case NAME: that comparison alone, printed only; `pictures` is one of pictures, `impulses` of steps that tell
 their impulses, `large` of large answers in one message and in chunks, `peers` of other simulators. `viewer` (windows of
-`drape.viewer`), `ray` (shards on Ray) and `proxy` (calls through HAProxy) also write their table into results/.
---device: of Newton, as Warp calls it.
+`drape.viewer`), `ray` (shards on Ray), `recoveries` (of shards whose server, actor or node is killed) and `proxy` (calls through HAProxy) also
+write their table into results/. --device: of Newton, as Warp calls it.
 """
 
 import argparse
@@ -203,10 +203,10 @@ def viewer(client):
     return rows
 
 
-def shards(is_quick):
-    from ray_shards import measure  # `./run bench python --case ray` installs Ray
+def shards(what, is_quick):
+    import ray_shards  # `./run bench python --case ray` installs Ray
 
-    return measure(is_quick)
+    return getattr(ray_shards, what)(is_quick)
 
 
 def of_peers(device):
@@ -232,20 +232,21 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--quick", action="store_true")
     parser.add_argument("--case", choices=[*(case[0] for case in CASES), "pictures", "impulses", "viewer", "large", "peers",
-                                             "ray", "proxy"], default="")
+                                             "ray", "recoveries", "proxy"], default="")
     parser.add_argument("--device", default="auto")
     arguments = parser.parse_args()
     with drape.launch("cpu") as client:
         device = client.info.device
         of_case = {"pictures": pictures, "impulses": impulses, "viewer": viewer, "large": large,
-                   "peers": lambda _: of_peers(arguments.device), "ray": lambda _: shards(arguments.quick),
+                   "peers": lambda _: of_peers(arguments.device), "ray": lambda _: shards("overhead", arguments.quick),
+                   "recoveries": lambda _: shards("recoveries", arguments.quick),
                    "proxy": lambda _: proxy.measure(arguments.quick)}.get(arguments.case)
         clients = of_case(client) if of_case else compare(client, arguments.quick, arguments.case)
     folder = pathlib.Path(__file__).with_name("results")
     machine = re.sub(r"[^a-z0-9]+", "-", device.lower()).strip("-")
     if arguments.case:
         print(f"{device}; load average {os.getloadavg()[0]:.1f}\n\n{table(clients)}")
-        if arguments.case in ("viewer", "ray", "proxy") and not arguments.quick:
+        if arguments.case in ("viewer", "ray", "recoveries", "proxy") and not arguments.quick:
             write_csv(folder / f"{machine}_{arguments.case}.csv", clients)
         return 0
     envs = environments(arguments.quick)
