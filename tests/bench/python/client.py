@@ -4,8 +4,8 @@ and sheets of other simulators.
 Writes results/MACHINE.md and the tables beside it. With --quick: few calls, no other simulators, results printed only.
 With --case NAME: that comparison alone, printed only; `pictures` is one of pictures, `impulses` of steps that tell
 their impulses, `large` of large answers in one message and in chunks, `peers` of other simulators. `viewer` (windows of
-`drape.viewer`), `ray` (shards on Ray), `recoveries` (of shards whose server, actor or node is killed) and `proxy` (calls through HAProxy) also
-write their table into results/. --device: of Newton, as Warp calls it.
+`drape.viewer`), `ray` (shards on Ray), `recoveries` (of shards whose server, actor or node is killed) and `proxy`
+(calls through HAProxy) also write their table into results/. --device: of Newton, as Warp calls it.
 """
 
 import argparse
