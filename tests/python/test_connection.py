@@ -1,6 +1,8 @@
-"""Hosts that vanish without a word while a request is under way."""
+"""Hosts that vanish without a word while a request is under way, and servers that never answer."""
 
 import asyncio
+import contextlib
+import math
 import queue
 import select
 import socket
@@ -23,13 +25,18 @@ class Busy(grpc.GenericRpcHandler):
 
     def __init__(self):
         self.is_over = threading.Event()
+        self.left_s = queue.SimpleQueue()  # until each request that is under way is given up by its client; None: never
 
     def service(self, details):
         def answer(request, context):
-            if not details.method.endswith("GetServerInfo"):
-                self.is_over.wait()
-            return drape.v1.ServerInfo(version=drape.__version__)
+            if details.method.endswith("GetServerInfo"):
+                return drape.v1.ServerInfo(version=drape.__version__)
+            self.left_s.put(context.time_remaining())
+            self.is_over.wait()
+            return drape.v1.StepResponse()
 
+        if details.method.endswith("StepStream"):
+            return grpc.stream_unary_rpc_method_handler(answer, response_serializer=lambda message: message.SerializeToString())
         return grpc.unary_unary_rpc_method_handler(answer, response_serializer=lambda message: message.SerializeToString())
 
 
@@ -58,16 +65,21 @@ class Cable:
 
 
 @pytest.fixture
-def cable():
+def busy():
     busy = Busy()
     server = grpc.server(futures.ThreadPoolExecutor(2), options=[
         ("grpc.http2.min_ping_interval_without_data_ms", 10), ("grpc.http2.max_ping_strikes", 0)])
     server.add_generic_rpc_handlers((busy,))
-    cable = Cable(server.add_insecure_port("127.0.0.1:0"))
+    busy.port = server.add_insecure_port("127.0.0.1:0")
     server.start()
-    yield cable
+    yield busy
     busy.is_over.set()
     server.stop(0)
+
+
+@pytest.fixture
+def cable(busy):
+    return Cable(busy.port)
 
 
 def ask(address):
@@ -109,3 +121,39 @@ def test_servers_accept_the_pings_of_clients():
     """One every 10 s (server/api/grpc_server.cpp); the answer has more time than the server gives its own."""
     options = dict(drape.connection.channel_options("host:7743"))
     assert options["grpc.keepalive_time_ms"] == 30_000 and options["grpc.keepalive_timeout_ms"] == 20_000
+
+
+NEVER_S = 1e8  # gRPC tells servers of a far end in place of none
+
+
+def in_background(asking, *arguments):
+    def run():
+        with contextlib.suppress(drape.Error):
+            asking(*arguments)
+
+    threading.Thread(target=run, daemon=True).start()
+
+
+@pytest.mark.parametrize("asking", [ask, ask_by_coroutine])
+def test_a_request_has_an_hour_unless_told_otherwise(busy, asking):
+    in_background(asking, f"127.0.0.1:{busy.port}")
+    assert 3500 < busy.left_s.get(timeout=30) < 3700  # gRPC rounds it up
+
+
+@pytest.mark.parametrize("of_client, of_request, least_s, most_s", [
+    (2.0, None, 0, 3), (2.0, 600, 500, 700), (2.0, math.inf, NEVER_S, math.inf), (None, None, NEVER_S, math.inf)])
+def test_the_limit_of_the_request_comes_before_that_of_the_client(busy, of_client, of_request, least_s, most_s):
+    def ask_within():
+        with drape.connect(f"127.0.0.1:{busy.port}", retries=None, timeout_s=of_client) as client:
+            client._connection.run(iter_of(LONG._replace(timeout_s=of_request)))
+
+    in_background(ask_within)
+    assert least_s < busy.left_s.get(timeout=30) <= most_s
+
+
+def test_streams_have_no_limit(busy):
+    with drape.connect(f"127.0.0.1:{busy.port}", retries=None) as client:
+        call, requests = client._connection.open_stream("StepStream", Route("s"))
+        assert busy.left_s.get(timeout=30) > NEVER_S
+        requests.put(None)
+        call.cancel()

@@ -78,6 +78,12 @@ class Cutter:
                         return
 
 
+@pytest.fixture(autouse=True)
+def early_pings(monkeypatch):
+    """grpcio before 1.80 does not notice every cut by itself, but by the next ping of the connection."""
+    monkeypatch.setattr("drape.connection.KEEPALIVE_MS", 1000)
+
+
 @pytest.fixture
 def cutter(client):
     cutter = Cutter(client.address)

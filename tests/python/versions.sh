@@ -1,17 +1,31 @@
 #!/usr/bin/env bash
 # SOURCE WORK: the tests of the package with the oldest and the newest libraries that it says it works with, installed from
-# its wheel (`./run wheels`). Expects DRAPE_SERVER and DRAPE_CLI.
+# its wheel (`./run wheels`), gymnasium's and the examples' among them; and what touches the wire with old grpcio beside new
+# protobuf, and the other way round. Expects DRAPE_SERVER and DRAPE_CLI.
 set -euo pipefail
 source=$1 work=$2
 wheel=$(ls "$source"/build/wheels/drape_sim-*.whl) || { echo "./run wheels comes first" >&2; exit 1; }
-oldest=(protobuf==4.25.8 grpcio==1.85.3 googleapis-common-protos==1.62.0 numpy==1.26.4)
-newest=(protobuf grpcio googleapis-common-protos numpy)
+# The lower bounds of pyproject.toml.
+old_grpcio=(grpcio==1.60.2)
+old_protobuf=(protobuf==4.25.8 googleapis-common-protos==1.62.0)
+old_others=(numpy==1.26.4 gymnasium==1.1.0 viser==1.0.28 trimesh==4.0.0 tqdm==4.60.0)
+wire=()
+for test in v1 client errors retries connection columns views; do wire+=("$source/tests/python/test_$test.py"); done
 rm -rf "$work"
-for versions in oldest newest; do
-  /usr/bin/python3 -m venv "$work/$versions"
-  declare -n packages=$versions
-  "$work/$versions/bin/pip" --disable-pip-version-check install --quiet "${packages[@]}" "$wheel[gym,viewer]" pytest pillow tqdm
-  "$work/$versions/bin/pip" --disable-pip-version-check list | grep -E "^(protobuf|grpcio|numpy) "
-  (cd "$work" && "$work/$versions/bin/python" -B -m pytest -q "$source/tests/python" --ignore="$source/tests/python/gym" \
-    --ignore="$source/tests/python/test_examples.py")
-done
+
+# tests NAME TESTS... -- PACKAGES...: in an environment of its own; packages that are not named are the newest.
+tests() {
+  local name=$1 chosen=(); shift
+  while [ "$1" != -- ]; do chosen+=("$1"); shift; done
+  shift
+  /usr/bin/python3 -m venv "$work/$name"
+  "$work/$name/bin/pip" --disable-pip-version-check install --quiet "$wheel[gym,viewer,mesh,progress]" pytest pillow "$@"
+  echo "== $name"
+  "$work/$name/bin/pip" --disable-pip-version-check list 2>/dev/null | grep -E "^(protobuf|grpcio|numpy|gymnasium|viser) "
+  (cd "$work" && "$work/$name/bin/python" -B -m pytest -q "${chosen[@]}")
+}
+
+tests oldest "$source/tests/python" -- "${old_grpcio[@]}" "${old_protobuf[@]}" "${old_others[@]}"
+tests newest "$source/tests/python" --
+tests old_grpcio "${wire[@]}" -- "${old_grpcio[@]}"
+tests old_protobuf "${wire[@]}" -- "${old_protobuf[@]}"

@@ -4,6 +4,11 @@
 set -euo pipefail
 source=$1 work=$2
 ls "$source"/build/wheels/drape_server-*-manylinux_*.whl >/dev/null || { echo "./run wheels comes first" >&2; exit 1; }
+# What is to be fetched: the programs and 50 libraries, OpenSSL's and gRPC's half of it.
+most_bytes=14000000
+bytes=$(stat -c %s "$source"/build/wheels/drape_server-*-manylinux_*.whl)
+echo "drape-server: $bytes bytes"
+[ "$bytes" -le $most_bytes ] || { echo "the wheel is larger than $most_bytes bytes" >&2; exit 1; }
 rm -rf "$work"
 /usr/bin/python3 -m venv "$work/venv"
 "$work/venv/bin/pip" --disable-pip-version-check install --quiet --find-links "$source/build/wheels" 'drape-sim[server]'

@@ -4,7 +4,9 @@ and sheets of other simulators.
 Writes results/MACHINE.md and the tables beside it. With --quick: few calls, no other simulators, results printed only.
 With --case NAME: that comparison alone, printed only; `envs` is that of the vector environments, `pictures` one of
 pictures, `impulses` of steps that tell their impulses, `large` of large answers in one message and in chunks, `peers` of
-other simulators. `viewer` (windows of `drape.viewer`) and `ray` (shards on Ray) also write their table into results/.
+other simulators. `viewer` (windows of `drape.viewer`), `ray` (shards on Ray), `recoveries` (of shards whose server,
+actor or node is killed) and `proxy` (calls through HAProxy) also write their table into results/. --device: of Newton,
+as Warp calls it.
 """
 
 import argparse
@@ -18,7 +20,8 @@ import sys
 import time
 
 import numpy as np
-import peers  # these three are beside this file
+import peers  # these four are beside this file
+import proxy
 from large_answers import large
 from python_client import SIDE, cpu_s, sheet
 
@@ -186,14 +189,14 @@ def viewer(client):
     return rows
 
 
-def shards(is_quick):
-    from ray_shards import measure  # `./run bench python --case ray` installs Ray
+def shards(what, is_quick):
+    import ray_shards  # `./run bench python --case ray` installs Ray
 
-    return measure(is_quick)
+    return getattr(ray_shards, what)(is_quick)
 
 
-def of_peers(_=None):
-    return peers.of_all(PEERS_PYTHON, server_cpu_s)
+def of_peers(device):
+    return peers.of_all(PEERS_PYTHON, server_cpu_s, device)
 
 
 def table(rows):
@@ -215,18 +218,22 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--quick", action="store_true")
     parser.add_argument("--case", choices=[*(case[0] for case in CASES), "envs", "pictures", "impulses", "viewer", "large",
-                                             "peers", "ray"], default="")
+                                             "peers", "ray", "recoveries", "proxy"], default="")
+    parser.add_argument("--device", default="auto")
     arguments = parser.parse_args()
     with drape.launch("cpu") as client:
         device = client.info.device
-        of_case = {"envs": lambda _: environments(arguments.quick), "pictures": pictures, "impulses": impulses, "viewer": viewer, "large": large, "peers": of_peers,
-                   "ray": lambda _: shards(arguments.quick)}.get(arguments.case)
+        of_case = {"envs": lambda _: environments(arguments.quick), "pictures": pictures, "impulses": impulses, "viewer": viewer,
+                   "large": large, "peers": lambda _: of_peers(arguments.device),
+                   "ray": lambda _: shards("overhead", arguments.quick),
+                   "recoveries": lambda _: shards("recoveries", arguments.quick),
+                   "proxy": lambda _: proxy.measure(arguments.quick)}.get(arguments.case)
         clients = of_case(client) if of_case else compare(client, arguments.quick, arguments.case)
     folder = pathlib.Path(__file__).with_name("results")
     machine = re.sub(r"[^a-z0-9]+", "-", device.lower()).strip("-")
     if arguments.case:
         print(f"{device}; load average {os.getloadavg()[0]:.1f}\n\n{table(clients)}")
-        if arguments.case in ("viewer", "ray") and not arguments.quick:
+        if arguments.case in ("viewer", "ray", "recoveries", "proxy") and not arguments.quick:
             write_csv(folder / f"{machine}_{arguments.case}.csv", clients)
         return 0
     envs = environments(arguments.quick)
@@ -236,7 +243,7 @@ def main():
     if arguments.quick:
         print(text)
         return 0
-    others = of_peers()
+    others = of_peers(arguments.device)
     text += "\n## Beside other simulators\n\n" + table(others)
     print(text)
     write_csv(folder / f"{machine}_clients.csv", clients)

@@ -17,7 +17,7 @@ def cluster():
     import ray
     from ray.cluster_utils import Cluster
 
-    cluster = Cluster(initialize_head=True, head_node_args={"num_cpus": 1})
+    cluster = Cluster(initialize_head=True, head_node_args={"num_cpus": 1, "num_gpus": 2})  # GPUs on paper
     cluster.add_node(num_cpus=1)
     ray.init(address=cluster.address, log_to_driver=False)
     yield cluster
@@ -25,7 +25,18 @@ def cluster():
     cluster.shutdown()
 
 
-def make(task=None, **arguments):
+made = []
+
+
+@pytest.fixture(autouse=True)
+def closing():
+    """Of what a test made, however it ends: the next one needs the room."""
+    yield
+    while made:
+        made.pop().close()
+
+
+def make(task=None, num_cpus=1, **arguments):
     """Two shards, each on a node of its own: it takes the node's processor, once the test before has given it back."""
     import ray
     from drape.gym import DropFlat
@@ -35,12 +46,19 @@ def make(task=None, **arguments):
     while ray.available_resources().get("CPU", 0) < 2:
         assert time.monotonic() < end, ray.available_resources()
         time.sleep(0.05)
-    return ShardedVectorEnv(task or DropFlat, ENVS, shards=2, num_cpus=1, backend="cpu", **arguments)
+    made.append(ShardedVectorEnv(task or DropFlat, ENVS, shards=2, num_cpus=num_cpus, **{"backend": "cpu", **arguments}))
+    return made[-1]
 
 
 def actions(seed=3):
     random = np.random.default_rng(seed)
     return random.uniform(-1, 1, (ACTIONS, ENVS, 8)).astype(np.float32)
+
+
+def ray_get(future):
+    import ray
+
+    return ray.get(future)
 
 
 def equal(a, b):
@@ -79,30 +97,132 @@ def test_shards_are_one_environment(cluster, undisturbed):
     assert len({place["node"] for place in env.places()}) == 2
     assert equal(play(env), undisturbed)
     assert env.recoveries == 0
-    command = pathlib.Path(f"/proc/{env.places()[0]['server_pid']}/cmdline").read_text().split("\0")
-    assert "--threads=1" in command, "as many as the processors that Ray lends to the shard"
-    env.close()
+    assert "--threads=1" in server_flags(env)[0], "as many as the processors that Ray lends to the shard"
+
+
+def server_flags(env):
+    return [pathlib.Path(f"/proc/{place['server_pid']}/cmdline").read_text().split("\0") for place in env.places()]
+
+
+def test_each_server_has_the_gpu_of_its_actor(cluster, tmp_path):
+    """Ray numbers them as nvidia-smi does, the server by EGL: both lists are imitations, and the server steps on the CPU."""
+    import drape
+
+    uuids = [f"GPU-{k}0000000-aaaa-bbbb-cccc-dddddddddddd" for k in (1, 2)]
+    for name, text in {
+        "draped": f"""
+            if [ "$1" = --list-devices ]; then
+              echo "0  0000:c1:00.0  {uuids[1]}"; echo "1  0000:65:00.0  {uuids[0]}"
+            else
+              exec {drape.find_server()} "${{@/--backend=auto/--backend=cpu}}"
+            fi""",
+        "nvidia-smi": f"echo '0, {uuids[0]}, 00000000:65:00.0'; echo '1, {uuids[1]}, 00000000:C1:00.0'",
+    }.items():
+        (tmp_path / name).write_text(f"#!/bin/bash\n{text}\n")
+        (tmp_path / name).chmod(0o755)
+
+    def task(num_envs, **arguments):
+        from drape.gym import DropFlat
+
+        os.environ.update(DRAPE_SERVER=str(tmp_path / "draped"), PATH=f"{tmp_path}:/usr/bin:/bin")
+        return DropFlat(num_envs, **arguments)
+
+    env = make(task, num_cpus=0.5, num_gpus=1, backend="auto")
+    devices = [flag for flags in server_flags(env) for flag in flags if flag.startswith("--device=")]
+    assert sorted(devices) == [f"--device={uuid}" for uuid in uuids]
+
+
+def kill(env, cluster, victim):
+    if victim == "server":
+        os.kill(env.places()[1]["server_pid"], signal.SIGKILL)
+    elif victim == "actor":
+        os.kill(env.places()[1]["pid"], signal.SIGKILL)
+    else:
+        _, node = cluster.list_all_nodes()  # the first one is the head
+        cluster.add_node(num_cpus=1)
+        (lost,) = [place["pid"] for place in env.places() if place["node"] == node.node_id]
+        cluster.remove_node(node, allow_graceful=False)
+        os.kill(lost, signal.SIGKILL)  # it would go on for a moment
 
 
 @pytest.mark.parametrize("victim", ["server", "actor", "node"])
 def test_what_is_killed_goes_on_with_the_same_bits(cluster, undisturbed, victim):
     env = make(max_episode_steps=4)
-
-    def disturb(number):
-        if number != 3:
-            return
-        if victim == "server":
-            os.kill(env.places()[1]["server_pid"], signal.SIGKILL)
-        elif victim == "actor":
-            os.kill(env.places()[1]["pid"], signal.SIGKILL)
-        else:
-            _, node = cluster.list_all_nodes()  # the first one is the head
-            cluster.add_node(num_cpus=1)
-            cluster.remove_node(node, allow_graceful=False)
-
-    assert equal(play(env, disturb), undisturbed)
+    before = env.places()
+    assert equal(play(env, lambda number: kill(env, cluster, victim) if number == 3 else None), undisturbed)
     assert env.recoveries >= 1 and env.replayed >= 4
-    env.close()
+    after = env.places()
+    changed = [[old[key] != new[key] for old, new in zip(before, after)] for key in ("server_pid", "pid")]
+    assert sum(changed[0]) == 1 and (sum(changed[1]) == 0) == (victim == "server"), "who lost a server starts another one"
+
+
+def test_a_server_that_is_lost_once_more_costs_the_actor(cluster, undisturbed, tmp_path):
+    """As when the machine is to blame."""
+    log = tmp_path / "pids"
+
+    def task(num_envs, **arguments):
+        import drape
+        from drape.gym import DropFlat
+
+        with log.open("a") as file:
+            print(os.getpid(), file=file)
+        if log.read_text().splitlines().count(str(os.getpid())) > 1:
+            raise drape.Unavailable("no server starts here any more")
+        return DropFlat(num_envs, **arguments)
+
+    env = make(task, max_episode_steps=4)
+    before = env.places()
+    assert equal(play(env, lambda number: kill(env, cluster, "server") if number == 3 else None), undisturbed)
+    assert env.recoveries >= 2 and env.places()[1]["pid"] not in {place["pid"] for place in before}
+
+
+def test_a_spare_takes_the_place_of_a_lost_actor(cluster, undisturbed):
+    env = make(max_episode_steps=4, num_cpus=0.4, spares=1)
+    env.await_spares()
+    (spare,) = env._spares
+    pid = ray_get(spare.place.remote(ENVS // 2))["pid"]
+    assert equal(play(env, lambda number: kill(env, cluster, "actor") if number == 3 else None), undisturbed)
+    assert env.recoveries == 1 and env.places()[1]["pid"] == pid
+    env.await_spares()
+    assert env._spares != [spare], "another one waits"
+
+
+def test_a_spare_without_room_does_not_keep_it_from_shards(cluster, undisturbed):
+    env = make(max_episode_steps=4, spares=1)
+    assert equal(play(env, lambda number: kill(env, cluster, "actor") if number == 3 else None), undisturbed)
+
+
+def test_shards_step_on_while_another_is_made_again(cluster):
+    """A shard that answers late delays neither the notice of another's loss nor its recovery."""
+    def task(num_envs, **arguments):
+        from drape.gym import DropFlat
+
+        class Slow(DropFlat):
+            def step(self, actions):
+                if actions[0, 0] == 1:
+                    time.sleep(3)
+                return super().step(actions)
+
+        return Slow(num_envs, **arguments)
+
+    env = make(task, num_cpus=0.4, spares=1)
+    env.reset(seed=1)
+    env.await_spares()
+    slow = np.zeros((ENVS, 8), np.float32)
+    slow[0, 0] = 1
+    kill(env, cluster, "actor")
+    ends = [0.0, 0.0]
+    begin = env._begin
+
+    def noted(k, *arguments):
+        ends[k] = time.monotonic()
+        return begin(k, *arguments)
+
+    env._begin = noted
+    start = time.monotonic()
+    env.step(slow)
+    assert ends[1] - ends[0] < 2.5, "the recovery began while the other shard worked"
+    assert time.monotonic() - start >= 3
 
 
 def test_a_shard_that_is_lost_before_its_first_answer_is_made_again(cluster, undisturbed, tmp_path):
@@ -119,7 +239,6 @@ def test_a_shard_that_is_lost_before_its_first_answer_is_made_again(cluster, und
     env = make(task, max_episode_steps=4)
     assert equal(play(env), undisturbed)
     assert env.recoveries == 1 and env.replayed == 0
-    env.close()
 
 
 def test_what_the_task_raises_is_raised(cluster):
@@ -138,9 +257,10 @@ def test_errors_of_the_caller_are_raised(cluster):
     with pytest.raises(ValueError, match="finite"):
         env.step(np.full((ENVS, 8), np.nan))
     assert env.recoveries == 0
-    env.close()
     from drape.gym import DropFlat
     from drape.gym.shards import ShardedVectorEnv
 
     with pytest.raises(ValueError, match="shards"):
         ShardedVectorEnv(DropFlat, 2, shards=3)
+    with pytest.raises(ValueError, match="num_gpus"):
+        ShardedVectorEnv(DropFlat, 2, shards=1, num_gpus=2)

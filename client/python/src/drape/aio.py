@@ -20,7 +20,7 @@ import grpc.aio
 from . import errors, states, v1
 from .client import ClientBase
 from .cloths import ClothsBase
-from .connection import ConnectionBase, channel_options, credentials, iter_of_many
+from .connection import REQUEST_TIMEOUT_S, ConnectionBase, channel_options, credentials, iter_of_many
 from .operations import Operation, P, R, Route, Unary, named
 from .pipeline import PipelineBase
 from .private_server import PrivateServer
@@ -39,7 +39,7 @@ def _awaiting(operation: Callable[P, Operation[R]]) -> Callable[P, Awaitable[R]]
 
 
 class _Connection(ConnectionBase):
-    def __init__(self, address, tls=False, timeout_s=None, server=None, token=None, certificate=None,
+    def __init__(self, address, tls=False, timeout_s=REQUEST_TIMEOUT_S, server=None, token=None, certificate=None,
                  retries=Retries()):
         super().__init__(address, timeout_s, server, token, retries)
         options, secure = channel_options(address), credentials(tls, certificate)
@@ -339,14 +339,14 @@ async def _open(connection, ready_timeout_s):
     return client
 
 
-async def connect(address, *, tls=False, certificate=None, token=None, timeout_s=None, ready_timeout_s=5.0,
+async def connect(address, *, tls=False, certificate=None, token=None, timeout_s=REQUEST_TIMEOUT_S, ready_timeout_s=5.0,
                   retries: Retries | None = Retries()) -> Client:
     """See `drape.connect`."""
     return await _open(_Connection(address, tls, timeout_s, token=token, certificate=certificate, retries=retries),
                        ready_timeout_s)
 
 
-async def launch(backend="auto", *, program=None, flags=(), ready_timeout_s=60.0, timeout_s=None,
+async def launch(backend="auto", *, program=None, flags=(), ready_timeout_s=60.0, timeout_s=REQUEST_TIMEOUT_S,
                  retries: Retries | None = Retries()) -> Client:
     """See `drape.launch`."""
     server = await asyncio.to_thread(PrivateServer, backend, program, flags, ready_timeout_s)

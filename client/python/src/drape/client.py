@@ -12,7 +12,7 @@ from google.protobuf import wrappers_pb2
 
 from . import checks, errors, v1
 from ._version import __version__
-from .connection import HEALTH, Connection
+from .connection import HEALTH, REQUEST_TIMEOUT_S, Connection
 from .operations import Operation, Route, Unary, blocking
 from .private_server import PrivateServer
 from .retries import Retries
@@ -134,14 +134,16 @@ class Client(ClientBase):
 
 
 def connect(address: str, *, tls: bool | bytes | str = False, certificate: tuple | None = None,
-            token: str | None = None, timeout_s: float | None = None, ready_timeout_s: float = 5.0,
+            token: str | None = None, timeout_s: float | None = REQUEST_TIMEOUT_S, ready_timeout_s: float = 5.0,
             retries: Retries | None = Retries()) -> Client:
     """Connects to a server at HOST:PORT and waits until it answers.
 
     tls: False (only for servers of this machine and of private networks), True (certificates of the system), or the
     certificates to trust: PEM bytes, or a file. certificate: this client's own chain and key, each PEM bytes or a file,
     for servers that ask for it. token: the tenant's, for servers that want one; give it only together
-    with TLS, or to a server of this machine. timeout_s: limit of every single request; None: none.
+    with TLS, or to a server of this machine. timeout_s: limit of every single request that is not a stream
+    (pipelines, runs and frames are streams), 3600 by default; None: none. A step that takes longer is given its own:
+    `step(…, timeout_s=math.inf)`.
     retries: what is sent again when a connection fails; None: nothing.
     Raises Unavailable (CANNOT_CONNECT), Unauthenticated (INVALID_TOKEN), FailedPrecondition (TLS_FILE_FAILED).
     """
@@ -150,7 +152,7 @@ def connect(address: str, *, tls: bool | bytes | str = False, certificate: tuple
 
 
 def launch(backend: str = "auto", *, program: str | None = None, flags=(), ready_timeout_s: float = 60.0,
-           timeout_s: float | None = None, retries: Retries | None = Retries()) -> Client:
+           timeout_s: float | None = REQUEST_TIMEOUT_S, retries: Retries | None = Retries()) -> Client:
     """Starts a private server on a free port of this machine; it ends with the client, and with this process, however
     that ends.
 

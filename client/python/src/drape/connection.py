@@ -26,7 +26,10 @@ _MAX_REQUEST_BYTES = 64 << 20
 _LOOPBACK = ("127.", "localhost:", "[::1]:")
 
 
-# As in the C++ client. Servers accept a ping every 10 s.
+# As in the C++ client. A server that answers pings but not the request is given up after an hour.
+REQUEST_TIMEOUT_S = 3600.0
+# As in the C++ client. Servers accept a ping every 10 s. grpcio before 1.80 does not notice some cuts of a connection but by
+# these pings: a call then waits for up to 30 s before it is sent again (tests/python/versions.sh tries the oldest one).
 KEEPALIVE_MS = 30_000
 KEEPALIVE_TIMEOUT_MS = 20_000
 # Between attempts to reach a server that is away: one that starts again takes a second or two.
@@ -180,7 +183,7 @@ def iter_of_many(request):
 class Connection(ConnectionBase):
     """The transport that waits. Safe to use from several threads."""
 
-    def __init__(self, address, tls=False, timeout_s=None, server=None, token=None, certificate=None,
+    def __init__(self, address, tls=False, timeout_s=REQUEST_TIMEOUT_S, server=None, token=None, certificate=None,
                  retries=Retries()):
         super().__init__(address, timeout_s, server, token, retries)
         options = channel_options(address)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import math
 import random
 import threading
 import time
@@ -82,7 +83,7 @@ class Tries:
         self._options = options
         self._budget = budget
         self._call = call
-        self._end = None if timeout_s is None else time.monotonic() + timeout_s
+        self._end = None if timeout_s is None or timeout_s == math.inf else time.monotonic() + timeout_s
         self._sent = 0  # without those that found an earlier one under way
         self._pauses = 0
         self.unanswered = 0  # about which nobody knows whether they were done

@@ -19,31 +19,37 @@ from gymnasium.vector.utils import batch_space
 import drape
 from drape.gym.vector import ClothVectorEnv
 
+_NOTICE_S = 0.05  # how often lost shards are looked for while others work
+
 
 class ShardedVectorEnv(VectorEnv):
     """`num_envs` environments of one task as `shards` Ray actors, each of which owns a `draped`. Spaces, seeds, autoreset and
     results are those of one `task(num_envs)`, bit for bit, wherever the shards are.
 
-    A shard that is lost, with its server, its process or its machine, is made again where Ray has room, and does again
-    what it did since the last reset of all environments with seeds: its state is a function of that, to the bit. Such a
-    reset now and then keeps recovery short; `replayed` counts what was done again. What fails for another reason (a bad
-    action, a bug) is raised.
+    A shard that is lost, with its process or its machine, is made again where Ray has room; one that has lost its server
+    alone starts another one. It does again what it did since the last reset of all environments with seeds: its state is
+    a function of that, to the bit. Such a reset now and then keeps recovery short; `replayed` counts what was done
+    again. What fails for another reason (a bad action, a bug) is raised.
 
     task: a class of `drape.gym`, or any callable that makes a vector environment whose `reset` and `step` are repeatable.
     shards: how many, at most num_envs. num_cpus, num_gpus: of each shard, for Ray; its server has as many threads, so
-    that shards of one machine do not take the cores from each other. max_recoveries: of all shards in the environment's
-    life, before the error is raised. Further arguments are the task's. Needs the extra `ray` of this package on all
-    machines, and `ray.init()` before.
+    that shards of one machine do not take the cores from each other, and the GPU that Ray gives to its actor. spares:
+    actors that wait to take the place of a lost one, each with as much of the machines as a shard: starting a process
+    is most of a recovery. max_recoveries: of all shards in the environment's life, before the error is raised. Further
+    arguments are the task's. Needs the extra `ray` of this package on all machines, and `ray.init()` before.
     """
 
     def __init__(self, task, num_envs: int, *, shards: int, num_cpus: float = 1, num_gpus: float = 0,
-                 max_recoveries: int = 100, **arguments):
+                 spares: int = 0, max_recoveries: int = 100, **arguments):
         if not 1 <= shards <= num_envs:
             raise ValueError(f"shards: 1 to num_envs ({num_envs}), got {shards}")
+        if num_gpus > 1:
+            raise ValueError(f"num_gpus: a shard's server uses one at most, got {num_gpus}: make more shards")
         self.num_envs = num_envs
         self.replayed = 0
         self.recoveries = 0
         self._max_recoveries = max_recoveries
+        self._most_spares = spares
         ends = np.linspace(0, num_envs, shards + 1).round().astype(int)
         self._rows = [slice(begin, end) for begin, end in zip(ends[:-1], ends[1:])]
         if isinstance(task, type) and issubclass(task, ClothVectorEnv) and arguments.get("client") is None:
@@ -51,11 +57,17 @@ class ShardedVectorEnv(VectorEnv):
         self._arguments = arguments
         self._task = task
         self._actor = ray.remote(num_cpus=num_cpus, num_gpus=num_gpus, max_restarts=0, scheduling_strategy="SPREAD")(_Shard)
-        self._shards = [self._make(k) for k in range(shards)]
+        self._shards = [self._make() for _ in range(shards)]
+        self._spares: list = []
+        self._add_spares()
         # Of each shard, since the last reset of all with seeds: what it was told, in order.
         self._history: list[list[tuple]] = [[] for _ in range(shards)]
         self._shown: list[tuple] = [()] * shards  # observation and info of each, as last seen
-        (facts, *_) = self._ask([("facts",)] + [None] * (shards - 1))
+        try:
+            (facts, *_) = self._ask([("facts",)] + [None] * (shards - 1))
+        except BaseException:
+            self.close_extras()
+            raise
         self.metadata = facts["metadata"]
         self.render_mode = facts["render_mode"]
         self.autoreset_mode = AutoresetMode(self.metadata["autoreset_mode"])
@@ -99,87 +111,127 @@ class ShardedVectorEnv(VectorEnv):
         return tuple(picture for pictures in self._ask([("render",)] * len(self._shards)) for picture in pictures)
 
     def close_extras(self, **_):
-        for shard in self._shards:
+        for shard in self._shards + self._spares:
             ray.kill(shard)
 
     def places(self):
         """Of each shard: the id of its node, and the process ids of its actor and its server."""
-        return ray.get([shard.place.remote() for shard in self._shards])
+        return ray.get([self._begin(k, "place") for k in range(len(self._shards))])
+
+    def await_spares(self):
+        """Returns when all spares are ready. Others are made after a recovery, while the shards work."""
+        ray.get([self._warm(spare) for spare in self._spares])
 
     # --- parts
 
-    def _make(self, k):
-        rows = self._rows[k]
-        return self._actor.remote(self._task, rows.stop - rows.start, self._arguments)
+    def _make(self):
+        return self._actor.remote(self._task, self._arguments)
+
+    def _add_spares(self):
+        while len(self._spares) < self._most_spares:
+            self._spares.append(self._make())
+            self._warm(self._spares[-1])
+
+    def _warm(self, spare):
+        return spare.place.remote(self._rows[0].stop)
 
     def _note(self, observations, infos):
         self._shown = list(zip(observations, infos))
 
     def _ask(self, calls):
-        """Answers of all shards, which work at the same time; those that are lost are recovered. No call: None."""
-        futures = [None if call is None else shard.do.remote(call) for shard, call in zip(self._shards, calls)]
-        answers = []
-        for k, call in enumerate(calls):
-            if call is None:
-                answers.append(None)
-                continue
+        """Answers of all shards, which work at the same time; those that are lost are recovered meanwhile. No call: None."""
+        answers: list = [None] * len(calls)
+        losses = [0] * len(calls)
+        failures: dict[int, Exception] = {}
+        under_way = {self._begin(k, "do", call): k for k, call in enumerate(calls) if call is not None}
+        while under_way:
+            ready, _ = ray.wait(list(under_way), num_returns=len(under_way), timeout=_NOTICE_S)
+            for future in ready:
+                k = under_way.pop(future)
+                try:
+                    answers[k] = ray.get(future)
+                except (ray.exceptions.RayActorError, drape.Unavailable) as error:
+                    losses[k] += 1
+                    under_way[self._recover(k, calls[k], error, losses[k])] = k
+                    continue
+                except Exception as error:
+                    failures[k] = error
+                    continue
+                self.replayed += len(self._history[k]) if losses[k] else 0
+                if calls[k][0] in ("reset", "step"):
+                    self._history[k].append(calls[k])
+        if failures:
             try:
-                answers.append(ray.get(futures[k]))
-            except (ray.exceptions.RayActorError, drape.Unavailable) as error:
-                answers.append(self._recover(k, call, error))
-            if call[0] in ("reset", "step"):
-                self._history[k].append(call)
+                raise failures[min(failures)]
+            finally:
+                del failures  # which would hold this frame, and that itself
         return answers
 
-    def _recover(self, k, call, error):
-        while True:
-            self.recoveries += 1
-            if self.recoveries > self._max_recoveries:
-                raise RuntimeError(f"shard {k} was lost once more after {self._max_recoveries} recoveries") from error
+    def _begin(self, k, method, *arguments):
+        rows = self._rows[k]
+        return getattr(self._shards[k], method).remote(rows.stop - rows.start, *arguments)
+
+    def _recover(self, k, call, error, losses):
+        """The future of what shard k did, and of the call."""
+        self.recoveries += 1
+        if self.recoveries > self._max_recoveries:
+            raise RuntimeError(f"shard {k} was lost once more after {self._max_recoveries} recoveries") from error
+        # What has lost its server starts another one; if that fails, too, it may be the machine's fault.
+        if losses > 1 or not isinstance(error, drape.Unavailable):
             ray.kill(self._shards[k])
-            self._shards[k] = self._make(k)
-            try:
-                answer = ray.get(self._shards[k].do_again.remote(self._history[k], call))
-            except (ray.exceptions.RayActorError, drape.Unavailable) as again:
-                error = again
-                continue
-            self.replayed += len(self._history[k])
-            return answer
+            # A spare that waits for room is the first one to get it.
+            self._shards[k] = self._spares.pop(0) if self._spares else self._make()
+            self._add_spares()
+        return self._begin(k, "do_again", self._history[k], call)
 
 
 class _Shard:
     """The actor: a vector environment and its private server."""
 
-    def __init__(self, task, num_envs, arguments):
-        self._make = functools.partial(task, num_envs, **arguments)
+    def __init__(self, task, arguments):
+        self._make = functools.partial(task, **arguments)
+        # Not made in the constructor: what fails there looks to the owner like a lost actor.
+        self._env = None
+        self._is_fresh = True
 
-    @functools.cached_property
-    def _env(self):
-        # Not in the constructor: what fails there looks to the owner like a lost actor.
-        return self._make()
-
-    def place(self):
-        owned = getattr(self._env, "_owned", None)
+    def place(self, num_envs):
+        owned = getattr(self._env_of(num_envs), "_owned", None)
         return {"node": ray.get_runtime_context().get_node_id(), "pid": os.getpid(),
                 "server_pid": None if owned is None else owned._connection.server.pid}
 
-    def do(self, call):
+    def do(self, num_envs, call):
+        env = self._env_of(num_envs)
+        self._is_fresh = False
         name, *arguments = call
         if name == "facts":
-            env = self._env
             return {"metadata": env.metadata, "render_mode": env.render_mode,
                     "spaces": (env.single_action_space, env.single_observation_space)}
         if name == "reset":
             seeds, options = arguments
-            return self._env.reset(seed=seeds, options=options)
+            return env.reset(seed=seeds, options=options)
         if name == "step":
-            return self._env.step(arguments[0])
-        return self._env.render()
+            return env.step(arguments[0])
+        return env.render()
 
-    def do_again(self, history, call):
+    def do_again(self, num_envs, history, call):
+        if not self._is_fresh:
+            self._close()
         for past in history:
-            self.do(past)
-        return self.do(call)
+            self.do(num_envs, past)
+        return self.do(num_envs, call)
+
+    def _env_of(self, num_envs):
+        if self._env is not None and self._env.num_envs != num_envs:  # a spare takes the place of a shard of another size
+            self._close()
+        if self._env is None:
+            self._env = self._make(num_envs)
+        return self._env
+
+    def _close(self):
+        if self._env is not None:
+            self._env.close()
+        self._env = None
+        self._is_fresh = True
 
 
 def _unasked(observation, info):

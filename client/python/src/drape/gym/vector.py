@@ -9,7 +9,7 @@ from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space
 
 import drape
-from drape import v1
+from drape import devices, v1
 from drape.gym import poses
 from drape.gym.pickers import Pickers
 
@@ -31,7 +31,8 @@ class ClothVectorEnv(VectorEnv):
     start, 1 at the best), each [n].
 
     client: where the cloths live; None: a private server of `backend` (None: the best that the task can use) with
-    `threads` threads (None: one per core), which ends with the environment. side: particles along each edge of the
+    `threads` threads (None: one per core), which ends with the environment; where Ray or another scheduler has given
+    this process a GPU (CUDA_VISIBLE_DEVICES), the server takes that one. side: particles along each edge of the
     sheet; None: the task's. frame: of positions in observations and of motions in actions: "world"; or "start", in
     which every sheet starts alike: the origin is on the floor below the middle of its first row, which points along +x;
     +z is where the sheet is to go. What lies elsewhere (the sphere of CoverSphere) is then at a drawn place. starts,
@@ -75,8 +76,7 @@ class ClothVectorEnv(VectorEnv):
         self.render_mode = render_mode
         self._horizon = max_episode_steps or self.horizon
         backend = backend or ("cpu" if self.touches_itself else "auto")
-        flags = [] if threads is None else [f"--threads={threads}"]
-        self._owned = drape.launch(backend, flags=flags) if client is None else None
+        self._owned = _launch(backend, threads) if client is None else None
         self._session = (client or self._owned).session(display_name=type(self).__name__)
         self.pickers = Pickers((0, self.side - 1), self.picker_step_m, self.picker_radius_m, [-1.0, 0.0, -1.0],
                                [1.0, 1.0, 1.0])
@@ -293,6 +293,12 @@ class ClothVectorEnv(VectorEnv):
         if not np.isfinite(actions).all():
             raise ValueError("actions: every number must be finite")
         return actions
+
+
+def _launch(backend, threads):
+    flags = [] if threads is None else [f"--threads={threads}"]
+    device = devices.assigned() if backend in ("auto", "gl") else None
+    return drape.launch(backend, flags=flags if device is None else [*flags, f"--device={device}"])
 
 
 def _checked_mask(mask, count):
