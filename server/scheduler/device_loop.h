@@ -34,10 +34,6 @@ struct RoundCounters {
   DurationHistogram request_durations;
 };
 
- std::unordered_map<std::string, Entry> entries_;
-  std::vector<uint32_t> free_;
-};
-
 // All step requests that the device thread has taken over. Device thread only.
 class DeviceLoop {
  public:

@@ -20,5 +20,8 @@ class SessionIndex {
     uint32_t index = 0;
     uint32_t requests = 0;
   };
+  std::unordered_map<std::string, Entry> entries_;
+  std::vector<uint32_t> free_;
+};
 
 }  // namespace drape
