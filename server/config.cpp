@@ -1,11 +1,13 @@
 #include "server/config.h"
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <iostream>
 #include <map>
 
 #include "server/api/grpc_server.h"
 #include "server/config_file.h"
+#include "server/core/memory_size.h"
 
 namespace drape {
 namespace {
@@ -14,6 +16,9 @@ const std::map<std::string, BackendChoice> kBackends = {{"auto", BackendChoice::
                                                         {"gl", BackendChoice::kGl},
                                                         {"cpu", BackendChoice::kCpu},
                                                         {"reference", BackendChoice::kReference}};
+
+constexpr uint64_t kLeastLimit_bytes = uint64_t{16} << 20;  // of FitToMemory
+constexpr uint64_t kLeastTransport_bytes = uint64_t{64} << 20;
 
 // The error in HOST:PORT, or empty.
 std::string ListenProblem(const std::string& listen) {
@@ -207,8 +212,10 @@ void AddLimits(CLI::App& app, Config& config) {
       "a proxy");
   AddNumber(app, "--max-calls-per-connection", config.max_calls_per_connection, 1u, 1u << 20,
             "under way; more wait at the client");
-  AddNumber<uint64_t>(app, "--max-transport-bytes", config.max_transport_bytes, 64u << 20,
-                      UINT64_MAX / 2, "buffers of all connections");
+  AddNumber(app, "--max-streams", requests.max_streams, 1u, 1u << 20,
+            "open StepStream, StreamStates, Run and ImportCloths calls");
+  AddNumber<uint64_t>(app, "--max-transport-bytes", config.max_transport_bytes,
+                      kLeastTransport_bytes, UINT64_MAX / 2, "buffers of all connections");
   AddNumber<uint64_t>(app, "--max-step-state-bytes", requests.max_step_state_bytes, 0, 1u << 30,
                       "states in a Step answer");
   AddNumber(app, "--max-pictures-in-flight-per-session",
@@ -245,8 +252,25 @@ void CheckValuesAreThere(int argc, const char* const* argv) {
 
 }  // namespace
 
+void FitToMemory(Config& config, uint64_t memory_bytes) {
+  const auto fit = [memory_bytes](uint64_t& limit_bytes, uint64_t part) {
+    limit_bytes = std::min(limit_bytes, std::max(memory_bytes / part, kLeastLimit_bytes));
+  };
+  fit(config.sessions.max_model_bytes, 4);
+  fit(config.sessions.max_saved_bytes, 8);
+  fit(config.sessions.max_mesh_collider_bytes, 8);
+  fit(config.sessions.max_request_id_bytes, 16);
+  fit(config.sessions.max_remembered_bytes, 32);
+  fit(config.requests.max_unread_bytes, 16);  // and as much for requests that are parsed
+  fit(config.requests.max_unread_bytes_per_session, 64);
+  fit(config.sessions.max_mesh_collider_bytes_per_session, 64);
+  fit(config.max_transport_bytes, 16);
+  config.max_transport_bytes = std::max(config.max_transport_bytes, kLeastTransport_bytes);
+}
+
 CommandLine ParseCommandLine(int argc, const char* const* argv) {
   CommandLine result;
+  FitToMemory(result.config, MemoryOfProcess_bytes());
   CLI::App app("draped: simulates cloths for its clients, on a GPU if there is one", "draped");
   app.set_version_flag("--version", std::string("draped ") + DRAPE_VERSION);
   app.config_formatter(std::make_shared<ConfigFile>(app));

@@ -56,6 +56,10 @@ struct Config {
   render::RenderLimits pictures;
 };
 
+// Lowers the default limits of bytes to parts of the memory that the process may have, so that all
+// of them together fit: docker/operating.md has the table. Those above 32 GiB keep what they are.
+void FitToMemory(Config& config, uint64_t memory_bytes);
+
 // The outcome of parsing the command line: run a server, or end at once.
 struct CommandLine {
   Config config;

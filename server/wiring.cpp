@@ -18,10 +18,27 @@
 #include "server/api/accept_guard.h"
 #include "server/api/build_queue.h"
 #include "server/api/tls_files.h"
+#include "server/core/memory_reserve.h"
+#include "server/core/memory_size.h"
 
 namespace drape {
 
 using std::chrono::milliseconds;
+
+void KeepReserve() {
+  constexpr uint64_t kMost_bytes = uint64_t{64} << 20;
+  MemoryReserve::Keep(std::min(kMost_bytes, MemoryOfProcess_bytes() / 16));
+}
+
+void LogMemory(const Config& config) {
+  spdlog::info(
+      "memory bytes={} max_model_bytes={} max_saved_bytes={} max_mesh_collider_bytes={} "
+      "max_unread_bytes={} max_request_id_bytes={} max_remembered_bytes={} max_transport_bytes={}",
+      MemoryOfProcess_bytes(), config.sessions.max_model_bytes, config.sessions.max_saved_bytes,
+      config.sessions.max_mesh_collider_bytes, config.requests.max_unread_bytes,
+      config.sessions.max_request_id_bytes, config.sessions.max_remembered_bytes,
+      config.max_transport_bytes);
+}
 
 std::string RandomHex() {
   std::random_device random;

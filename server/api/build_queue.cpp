@@ -3,10 +3,10 @@
 #include <spdlog/fmt/fmt.h>
 
 #include <memory>
-#include <new>
 #include <utility>
 
 #include "server/api/status_mapping.h"
+#include "server/core/memory_reserve.h"
 
 namespace drape::api {
 namespace {
@@ -78,11 +78,11 @@ Status PostBuild(const ServiceContext& context, const Session& session, const Wa
     if (status.ok()) status = time.Check();
     if (!status.ok()) return build(status);
     time.Measure([&] {
-      try {
+      const Status built = WithinMemory([&] {
         build(Status::Ok());
-      } catch (const std::bad_alloc&) {  // not the end of all others
-        build({StatusCode::kResourceExhausted, "DEVICE_MEMORY", "the memory has no room"});
-      }
+        return Status::Ok();
+      });
+      if (!built.ok()) build(built);
     });
   });
 }

@@ -10,6 +10,7 @@
 #include "server/api/request_log.h"
 #include "server/api/simulation_service.h"
 #include "server/api/status_mapping.h"
+#include "server/core/memory_reserve.h"
 #include "server/scheduler/step_work.h"
 #include "server/session/session_registry.h"
 
@@ -31,14 +32,15 @@ class ChunkedCall : public grpc::ServerWriteReactor<Message> {
       return call;
     }
     call->tag_ = RequestTag(method, caller, request);
-    const Status status = call->Begin(context, caller, request);
+    const Status status = WithinMemory([&] { return call->Begin(context, caller, request); });
     if (!status.ok()) call->End(status);
     return call;
   }
 
  protected:
   void WriteNext() {
-    if (!Next(&message_)) return End(Status::Ok());
+    const Result<bool> has_next = WithinMemory([&]() -> Result<bool> { return Next(&message_); });
+    if (!has_next.ok() || !*has_next) return End(has_next.status());
     this->StartWrite(&message_);
   }
 

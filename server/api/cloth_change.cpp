@@ -9,6 +9,7 @@
 #include "server/api/mapping.h"
 #include "server/api/request_validation.h"
 #include "server/api/step_cost.h"
+#include "server/core/memory_reserve.h"
 #include "server/session/cloth_update.h"
 
 namespace drape::api {
@@ -104,7 +105,8 @@ void BuildAndUpdate(const ServiceContext& context, const Waiter& waiter,
 void StartUpdate(const ServiceContext& context, const Caller& caller,
                  const v1::UpdateClothsRequest& request, const CancelToken& cancel,
                  const Hold& hold, UpdateDone done) {
-  Result<ClothChange> change = CheckUpdateCloths(request, context.limits);
+  Result<ClothChange> change =
+      WithinMemory([&] { return CheckUpdateCloths(request, context.limits); });
   if (!change.ok()) return done(change.status());
   Result<SessionLease> session = context.FindSession(caller, request.session());
   if (!session.ok()) return done(session.status());
@@ -121,11 +123,14 @@ void StartUpdate(const ServiceContext& context, const Caller& caller,
   hold(std::move(held).value());
   const Status cost = CheckStepCosts(*cloths, *change);
   if (!cost.ok()) return done(cost);
-  std::vector<ColliderMesh> meshes;
-  if (change->colliders) meshes = ReadColliderMeshes(request.spec().environment().colliders());
+  auto meshes = WithinMemory([&]() -> Result<std::vector<ColliderMesh>> {
+    if (!change->colliders) return std::vector<ColliderMesh>();
+    return ReadColliderMeshes(request.spec().environment().colliders());
+  });
+  if (!meshes.ok()) return done(meshes.status());
   const auto update =
       std::make_shared<Update>(Update{std::move(*session), std::move(*cloths), std::move(*change),
-                                      std::move(meshes), std::move(done)});
+                                      std::move(*meshes), std::move(done)});
   const Waiter waiter{cancel, caller.deadline_us};
   // New pins and connections need a new model, mesh colliders need distance maps, and a GPU may
   // need other programs. Every other change is made at once.
@@ -133,7 +138,11 @@ void StartUpdate(const ServiceContext& context, const Caller& caller,
   const bool takes_long = update->change.needs_model() || !update->meshes.empty() ||
                           (has_programs && update->change.may_need_programs());
   if (takes_long) return BuildAndUpdate(context, waiter, update);
-  UpdateNow(context, waiter, update);
+  const Status posted = WithinMemory([&] {
+    UpdateNow(context, waiter, update);
+    return Status::Ok();
+  });
+  if (!posted.ok()) update->End(posted);
 }
 
 }  // namespace drape::api

@@ -10,6 +10,7 @@
 #include "server/api/mapping.h"
 #include "server/api/request_validation.h"
 #include "server/api/step_cost.h"
+#include "server/core/memory_reserve.h"
 #include "server/session/clear_starts.h"
 #include "server/session/cloth_creation.h"
 
@@ -99,7 +100,8 @@ void BuildAndCreate(const std::shared_ptr<Creation>& creation, const RequestLimi
 void StartCreation(const ServiceContext& context, const Caller& caller,
                    const v1::CreateClothsRequest& request, const CancelToken& cancel,
                    const Hold& hold, CreateDone done) {
-  Result<CheckedCreation> checked = CheckCreateCloths(request, context.limits);
+  Result<CheckedCreation> checked =
+      WithinMemory([&] { return CheckCreateCloths(request, context.limits); });
   if (!checked.ok()) return done(checked.status());
   Result<SessionLease> session = context.FindSession(caller, request.session());
   if (!session.ok()) return done(session.status());
@@ -108,6 +110,10 @@ void StartCreation(const ServiceContext& context, const Caller& caller,
       context.unread->Take((*session)->owner(), request.ByteSizeLong());
   if (!held.ok()) return done(held.status());
   hold(std::move(held).value());
+  auto meshes = WithinMemory([&]() -> Result<std::vector<ColliderMesh>> {
+    return ReadColliderMeshes(request.spec().environment().colliders());
+  });
+  if (!meshes.ok()) return done(meshes.status());
   const std::string& request_id = request.validate_only() ? std::string() : request.request_id();
   Result<std::optional<v1::CreateClothsResponse>> known =
       BeginRequest<v1::CreateClothsResponse>((*session)->request_memory(), request_id, request);
@@ -116,7 +122,7 @@ void StartCreation(const ServiceContext& context, const Caller& caller,
 
   const auto creation = std::make_shared<Creation>(
       Creation{std::move(*session), request_id, request.validate_only(), std::move(*checked),
-               ReadColliderMeshes(request.spec().environment().colliders()), std::move(done)});
+               std::move(*meshes), std::move(done)});
   const Waiter waiter{cancel, caller.deadline_us};
   const Status posted =
       PostBuild(context, *creation->session.session(), waiter,

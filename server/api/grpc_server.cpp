@@ -12,6 +12,8 @@
 #include <mutex>
 #include <utility>
 
+#include "server/api/stranger_streams.h"
+
 namespace drape::api {
 namespace {
 
@@ -117,6 +119,7 @@ Result<std::unique_ptr<GrpcServer>> GrpcServer::Start(const ServerOptions& optio
   grpc::ServerBuilder builder;
   ConfigureTransport(options, builder);
   ConfigureChannelz(options.channelz, builder);
+  builder.experimental().SetInterceptorCreators(LimitStrangerStreams());
   builder.AddListeningPort(options.listen, CredentialsOf(options), &server->port_);
   for (grpc::Service* const service : services) builder.RegisterService(service);
   server->server_ = builder.BuildAndStart();

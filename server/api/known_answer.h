@@ -12,6 +12,7 @@
 
 #include "server/api/simulation_service.h"
 #include "server/api/unary_call.h"
+#include "server/core/memory_reserve.h"
 
 namespace drape::api {
 
@@ -23,7 +24,8 @@ Result<std::optional<Response>> BeginRequest(RequestMemory& memory, const std::s
                                              const Request& request,
                                              std::string_view content = {}) {
   if (request_id.empty()) return std::optional<Response>();
-  const Result<std::any> known = memory.Begin(request_id, Fingerprint(request, content));
+  const Result<std::any> known =
+      WithinMemory([&] { return memory.Begin(request_id, Fingerprint(request, content)); });
   if (!known.ok()) return known.status();
   if (!known->has_value()) return std::optional<Response>();
   const auto* answer = std::any_cast<Response>(&*known);
@@ -100,7 +102,13 @@ UnaryCall* DoOnce(const ServiceContext& context, const Caller& caller, const Req
     return call;
   }
   call->lease = std::move(session).value();
-  if (const auto end = BeginOnce(call, request, response)) act(*call->lease, end);
+  if (const auto end = BeginOnce(call, request, response)) {
+    const Status status = WithinMemory([&] {
+      act(*call->lease, end);
+      return Status::Ok();
+    });
+    if (!status.ok()) end(status);
+  }
   return call;
 }
 

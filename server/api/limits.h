@@ -25,6 +25,9 @@ struct RequestLimits {
   // sessions, and of one session, which may exceed it by a single request or answer.
   uint64_t max_unread_bytes = uint64_t{2} << 30;
   uint64_t max_unread_bytes_per_session = uint64_t{256} << 20;
+  // Open StepStream, StreamStates, Run and ImportCloths calls of all; a tenant has at most as many
+  // as it leaves free. An idle one takes about 18 kB.
+  uint32_t max_streams = 4096;
   // Limits of the model of one cloth.
   ModelLimits model;
   // Each particle meets every collider in every sweep.

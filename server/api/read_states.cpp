@@ -29,8 +29,14 @@ Status ReadStatesCall::Begin(const ServiceContext& context, const Caller& caller
       std::move(runtimes), view.FieldsRead(),
       [this, view, chunk_cloths = std::move(chunk_cloths),
        max_bytes = context.limits.max_chunk_bytes](Result<ClothStates> states) {
-        if (!states.ok()) return End(states.status());
-        chunker_.emplace(chunk_cloths, std::move(*states), max_bytes, view);
+        Status status = states.status();
+        if (status.ok()) {
+          status = WithinMemory([&] {
+            chunker_.emplace(chunk_cloths, std::move(*states), max_bytes, view);
+            return Status::Ok();
+          });
+        }
+        if (!status.ok()) return End(status);
         WriteNext();
       },
       session_->name(), session_->tenant(), cancel_);

@@ -4,6 +4,7 @@
 #include "server/api/request_validation.h"
 #include "server/api/simulation_service.h"
 #include "server/api/unary_call.h"
+#include "server/core/memory_reserve.h"
 
 namespace drape::api {
 namespace {
@@ -66,20 +67,24 @@ void Fetch(const ServiceContext& context, const std::shared_ptr<PictureCall>& pi
   const Status status = context.scheduler.ReadForDrawing(
       std::move(runtimes), fields, on_device,
       [picture, ready, limits = context.pictures.limits()](Result<ClothStates> states) {
-        ready(ToContent(*picture, std::move(states), limits));
+        ready(WithinMemory([&] { return ToContent(*picture, std::move(states), limits); }));
       },
       picture->call->lease->name(), picture->call->lease->tenant(), picture->call->cancel);
   if (!status.ok()) ready(status);
 }
 
 void End(PictureCall& picture, Result<render::DrawnPicture> drawn) {
-  if (drawn.ok()) {
+  Status status = drawn.status();
+  if (status.ok()) {
     using Held = std::pair<std::shared_ptr<void>, std::shared_ptr<void>>;
     picture.call->until_sent =
         std::make_shared<Held>(std::move(drawn->in_flight), std::move(picture.held));
-    *picture.response = ToProto(picture.cloths, std::move(*drawn));
+    status = WithinMemory([&] {
+      *picture.response = ToProto(picture.cloths, std::move(*drawn));
+      return Status::Ok();
+    });
   }
-  picture.call->End(drawn.status());
+  picture.call->End(status);
 }
 
 render::PictureJob ToJob(const ServiceContext& context, render::PictureSpec spec,

@@ -40,10 +40,11 @@ Result<double> RealTime_s(const ClothList& cloths) {
 RunReactor* RunReactor::Start(const ServiceContext& context, Caller caller) {
   const std::shared_ptr<RunReactor> reactor(new RunReactor(context, std::move(caller)));
   reactor->self_ = reactor;
-  if (reactor->caller_.is_refused) {
+  const grpc::Status opened = context.OpenStream(reactor->caller_, reactor->place_);
+  if (!opened.ok()) {
     reactor->ending_ = Status::Ok();  // no second end
     reactor->is_ended_ = true;
-    reactor->Finish(Unauthenticated());
+    reactor->Finish(opened);
     return reactor.get();
   }
   reactor->StartRead(&reactor->request_);
@@ -55,7 +56,7 @@ void RunReactor::OnReadDone(bool ok) {
   if (!ok) return Close(Status::Ok());
   if (ending_) return;
   Status status = context_.Parse(request_, caller_.tenant);
-  if (status.ok()) status = Take(request_.message());
+  if (status.ok()) status = WithinMemory([&] { return Take(request_.message()); });
   if (!status.ok()) return Close(status);
   StartRead(&request_);
 }

@@ -61,6 +61,7 @@ class RunReactor final : public grpc::ServerBidiReactor<Unparsed<v1::RunRequest>
   const Caller caller_;
   std::shared_ptr<RunReactor> self_;  // until OnDone
 
+  std::shared_ptr<void> place_;  // ServiceContext::OpenStream
   std::mutex mutex_;
   Unparsed<v1::RunRequest> request_;  // being read
   v1::RunReport report_;              // being written

@@ -1,5 +1,6 @@
 #include "server/api/shared_chunks.h"
 
+#include <new>
 #include <utility>
 
 #include "server/core/check.h"
@@ -22,8 +23,11 @@ MessageSlices SharedChunks::Next() {
 
 std::shared_ptr<SharedChunks::Link> SharedChunks::Encode(Source& source) {
   if (const auto on_encoding = std::exchange(source.on_encoding, nullptr)) on_encoding();
+  // Where there was no memory for a chunk, the next one would not be its successor.
+  if (std::exchange(source.is_broken, true)) throw std::bad_alloc();
   auto link = std::make_shared<Link>();
   link->chunk = source.chunker->Next();
+  source.is_broken = false;
   link->is_last = !source.chunker->has_next();
   if (link->is_last) source.chunker.reset();
   return link;

@@ -22,6 +22,7 @@ class SharedChunks {
 
   // False after the last chunk.
   bool has_next() const { return !at_->is_last; }
+  // Throws std::bad_alloc, as do all copies from then on, where there is no memory for a chunk.
   MessageSlices Next();
 
  private:
@@ -35,6 +36,7 @@ class SharedChunks {
     std::mutex mutex;
     std::optional<StateChunker> chunker;  // until the last chunk
     std::function<void()> on_encoding;    // until the first
+    bool is_broken = false;               // a chunk got no memory
   };
   static std::shared_ptr<Link> Encode(Source& source);
 

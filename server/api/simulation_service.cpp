@@ -29,6 +29,11 @@ std::shared_ptr<ByteBudget> MakeParsedBudget(const RequestLimits& limits) {
 ServiceContext WithBudgets(ServiceContext context) {
   if (context.unread == nullptr) context.unread = MakeUnreadBudget(context.limits);
   if (context.parsed == nullptr) context.parsed = MakeParsedBudget(context.limits);
+  if (context.open_streams == nullptr) {
+    context.open_streams = std::make_shared<SessionPermits>(
+        "TOO_MANY_STREAMS", PermitLimit{"max_streams", context.limits.max_streams},
+        PermitLimit{"max_streams", context.limits.max_streams}, std::nullopt);
+  }
   return context;
 }
 
@@ -82,6 +87,13 @@ Caller ServiceContext::Identify(const grpc::CallbackServerContext& call) const {
   const auto known = metadata.find(kIncarnationHeader);
   if (known != metadata.end()) caller.incarnation = {known->second.data(), known->second.size()};
   return caller;
+}
+
+grpc::Status ServiceContext::OpenStream(const Caller& caller, std::shared_ptr<void>& place) const {
+  if (caller.is_refused) return Unauthenticated();
+  auto taken = open_streams->Take({}, caller.tenant);
+  if (taken.ok()) place = std::move(taken).value();
+  return ToGrpcStatus(taken.status());
 }
 
 Result<SessionLease> ServiceContext::FindSession(const Caller& caller,
@@ -145,8 +157,16 @@ void SimulationService::Serve(const char* name,
   using Handler = grpc::internal::CallbackUnaryHandler<Unparsed<Request>, Response>;
   const auto serve = [this, method](Context* context, const Unparsed<Request>* request,
                                     Response* response) -> Reactor* {
-    const grpc::Status status = Parse(*context, *request);
-    if (status.ok()) return (this->*method)(context, &request->message(), response);
+    grpc::Status status = Parse(*context, *request);
+    if (status.ok()) {
+      // What has begun a call of its own ends it itself.
+      const Result<Reactor*> begun = WithinMemory([&]() -> Result<Reactor*> {
+        return (this->*method)(context, &request->message(), response);
+      });
+      if (begun.ok()) return *begun;
+      response->Clear();
+      status = ToGrpcStatus(begun.status());
+    }
     Reactor* reactor = context->DefaultReactor();
     reactor->Finish(status);
     return reactor;

@@ -14,6 +14,8 @@
 #include "server/api/worker_pool.h"
 #include "server/core/byte_budget.h"
 #include "server/core/clock.h"
+#include "server/core/memory_reserve.h"
+#include "server/core/session_permits.h"
 #include "server/render/render_thread.h"
 #include "server/scheduler/scheduler.h"
 #include "server/session/session_registry.h"
@@ -47,11 +49,16 @@ struct ServiceContext {
   std::shared_ptr<StreamCounters> streams = std::make_shared<StreamCounters>();
   // What large requests take once they are parsed. Null: the service makes it.
   std::shared_ptr<ByteBudget> parsed = nullptr;
+  // Open streams (RequestLimits::max_streams). Null: the service makes it.
+  std::shared_ptr<SessionPermits> open_streams = nullptr;
   // The time of the builders. Null: nobody counts it, and there are no limits.
   std::shared_ptr<BuildQuota> build_quota = nullptr;
 
   // Also reads the run of the server that the caller knows (kIncarnationHeader).
   Caller Identify(const grpc::CallbackServerContext& call) const;
+  // A place for a stream of that caller, until the pointer is gone. UNAUTHENTICATED; or
+  // RESOURCE_EXHAUSTED (TOO_MANY_STREAMS).
+  grpc::Status OpenStream(const Caller& caller, std::shared_ptr<void>& place) const;
   // INVALID_TOKEN if the token of a call that has been under way for a while was taken away.
   Status CheckToken(const Caller& caller) const {
     const bool is_valid = authentication == nullptr || authentication->IsValid(caller);
@@ -60,7 +67,7 @@ struct ServiceContext {
   // Unparsed::Parse within the limits.
   template <class Message>
   Status Parse(Unparsed<Message>& request, const std::string& tenant) const {
-    return request.Parse(*parsed, tenant, limits.max_parsed_bytes());
+    return WithinMemory([&] { return request.Parse(*parsed, tenant, limits.max_parsed_bytes()); });
   }
   // SessionRegistry::Find for the caller. FAILED_PRECONDITION (STATE_LOST) if it came back from an
   // earlier run and the caller knows only that one.

@@ -49,10 +49,10 @@ bool ExportCall::Next(v1::SnapshotChunk* message) {
 
 ImportReactor* ImportReactor::Start(const ServiceContext& context, Caller caller,
                                     v1::ImportClothsResponse* response) {
-  const bool is_refused = caller.is_refused;
   auto* reactor = new ImportReactor(context, std::move(caller), response);
-  if (is_refused) {
-    reactor->Finish(Unauthenticated());
+  const grpc::Status opened = context.OpenStream(reactor->caller_, reactor->place_);
+  if (!opened.ok()) {
+    reactor->Finish(opened);
   } else {
     reactor->StartRead(&reactor->request_);
   }
@@ -65,7 +65,7 @@ void ImportReactor::OnReadDone(bool ok) {
     return Import();
   }
   Status status = context_.Parse(request_, caller_.tenant);
-  if (status.ok()) status = Take(request_.message());
+  if (status.ok()) status = WithinMemory([&] { return Take(request_.message()); });
   if (!status.ok()) return End(status);
   StartRead(&request_);
 }

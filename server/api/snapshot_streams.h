@@ -56,6 +56,7 @@ class ImportReactor final : public grpc::ServerReadReactor<Unparsed<v1::ImportCl
   SessionLease session_;
   RequestTag tag_;
   CancelToken cancel_;
+  std::shared_ptr<void> place_;  // ServiceContext::OpenStream
   std::shared_ptr<void> held_;
   v1::ImportClothsRequest::Begin begin_;
   std::string bytes_;

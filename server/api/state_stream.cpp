@@ -20,10 +20,11 @@ StateStreamReactor* StateStreamReactor::Start(const ServiceContext& context, Cal
   const std::shared_ptr<StateStreamReactor> reactor(
       new StateStreamReactor(context, std::move(caller)));
   reactor->self_ = reactor;
-  if (reactor->caller_.is_refused) {
+  const grpc::Status opened = context.OpenStream(reactor->caller_, reactor->place_);
+  if (!opened.ok()) {
     reactor->ending_ = Status::Ok();  // no frames, and no second end
     reactor->is_ended_ = true;
-    reactor->Finish(Unauthenticated());
+    reactor->Finish(opened);
     return reactor.get();
   }
   reactor->StartRead(&reactor->request_);
@@ -35,7 +36,7 @@ void StateStreamReactor::OnReadDone(bool ok) {
   if (!ok) return FinishReading();
   if (ending_) return;
   Status status = context_.Parse(request_, caller_.tenant);
-  if (status.ok()) status = Take(request_.message());
+  if (status.ok()) status = WithinMemory([&] { return Take(request_.message()); });
   if (!status.ok()) return Close(status);
   StartRead(&request_);
 }
@@ -78,9 +79,16 @@ void StateStreamReactor::OnFrame(ObservedFrame observed) {
   const std::lock_guard lock(mutex_);
   if (ending_) return;
   if (const Status status = context_.CheckToken(caller_); !status.ok()) return Close(status);
-  const EncodedFrame& encoded = Encoded(*observed.content);
-  frames_.push_back({encoded.chunks, observed.frame, observed.frames_dropped, encoded.step,
-                     std::move(observed.in_flight)});
+  const Status encoded = WithinMemory([&] {
+    FrameContent& content = *observed.content;
+    // Another stream took the states and got no memory for what it makes of them.
+    if (content.encoded == nullptr && content.states.cloths.empty()) return OutOfMemory();
+    const EncodedFrame& frame = Encoded(*observed.content);
+    frames_.push_back({frame.chunks, observed.frame, observed.frames_dropped, frame.step,
+                       std::move(observed.in_flight)});
+    return Status::Ok();
+  });
+  if (!encoded.ok()) return Close(encoded);
   WriteNext();
 }
 
@@ -201,12 +209,19 @@ void StateStreamReactor::WriteNext() {
     return;
   }
   Frame& frame = frames_.front();
-  v1::StateChunk own;  // parts of a message may follow each other in any order
-  own.set_frame(frame.number);
-  own.set_frames_dropped(std::exchange(frame.frames_dropped, 0));  // in its first chunk only
-  MessageSlices parts = frame.chunks.Next();
-  parts.emplace_back(own.SerializeAsString());
-  chunk_ = ToByteBuffer(parts);
+  const Status made = WithinMemory([&] {
+    v1::StateChunk own;  // parts of a message may follow each other in any order
+    own.set_frame(frame.number);
+    own.set_frames_dropped(std::exchange(frame.frames_dropped, 0));  // in its first chunk only
+    MessageSlices parts = frame.chunks.Next();
+    parts.emplace_back(own.SerializeAsString());
+    chunk_ = ToByteBuffer(parts);
+    return Status::Ok();
+  });
+  if (!made.ok()) {
+    frames_.clear();  // half of it would be no frame
+    return Close(made);
+  }
   is_writing_ = true;
   StartWrite(&chunk_);
 }

@@ -67,6 +67,7 @@ class StateStreamReactor final
   const Caller caller_;
   std::shared_ptr<StateStreamReactor> self_;  // until OnDone
 
+  std::shared_ptr<void> place_;  // ServiceContext::OpenStream
   std::mutex mutex_;
   Unparsed<v1::StreamStatesRequest> request_;  // being read
   grpc::ByteBuffer chunk_;                     // being written

@@ -14,6 +14,7 @@
 #include "server/api/state_chunks.h"
 #include "server/api/step_restart.h"
 #include "server/api/view_validation.h"
+#include "server/core/memory_reserve.h"
 #include "server/core/trace.h"
 
 namespace drape::api {
@@ -36,6 +37,12 @@ struct StepCall {
     if (!request_id.empty()) Remember(answer);
     session = {};
     done(std::move(answer));
+  }
+  // The same where all steps were made, but there is no answer.
+  void EndWithoutAnswer(const Status& status) {
+    session->request_memory().CompleteWithoutAnswer(request_id);
+    session = {};
+    done(Status(status.code(), status.reason(), status.message() + "; the steps were made"));
   }
 
  private:
@@ -62,6 +69,7 @@ std::optional<StateChunker> ChunkerOf(StepCall& call, StepOutcome& outcome, uint
 
 Result<StepAnswer> ToAnswer(StepCall& call, StepOutcome outcome, const ServiceContext& context) {
   if (!outcome.status.ok()) return outcome.status;
+  if (!outcome.states_status.ok()) return outcome.states_status;
   const trace::Span span("encode_answer");
   v1::StepResponse answer = ToProto(call.cloths, outcome);
   const bool is_in_chunks = call.form == AnswerForm::kChunks;
@@ -175,7 +183,11 @@ Status Start(const ServiceContext& context, const Caller& caller, const v1::Step
   if (call->request_id.empty()) work.cancel = cancel;
   work.deadline_us = caller.deadline_us;
   work.done = [call, &context](StepOutcome outcome) {
-    call->End(ToAnswer(*call, std::move(outcome), context));
+    const bool are_steps_made = outcome.status.ok();
+    Result<StepAnswer> answer =
+        WithinMemory([&] { return ToAnswer(*call, std::move(outcome), context); });
+    if (are_steps_made && !answer.ok()) return call->EndWithoutAnswer(answer.status());
+    call->End(std::move(answer));
   };
   return context.scheduler.Submit(std::move(work));
 }
@@ -187,7 +199,8 @@ void StartStep(const ServiceContext& context, const Caller& caller, const v1::St
   const auto call = std::make_shared<StepCall>();
   call->done = std::move(done);
   call->form = form;
-  const Status status = Start(context, caller, request, cancel, hold, call);
+  const Status status =
+      WithinMemory([&] { return Start(context, caller, request, cancel, hold, call); });
   if (!status.ok()) call->End(status);
 }
 

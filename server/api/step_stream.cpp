@@ -12,9 +12,10 @@ StepStreamReactor* StepStreamReactor::Start(const ServiceContext& context, Calle
       new StepStreamReactor(context, std::move(caller)));
   reactor->self_ = reactor;
   const std::lock_guard lock(reactor->mutex_);
-  if (reactor->caller_.is_refused) {
+  const grpc::Status opened = context.OpenStream(reactor->caller_, reactor->place_);
+  if (!opened.ok()) {
     reactor->is_ended_ = true;
-    reactor->Finish(Unauthenticated());
+    reactor->Finish(opened);
   }
   reactor->ReadNext();
   return reactor.get();
@@ -104,8 +105,12 @@ void StepStreamReactor::WriteNext() {
     slots_.pop_front();
     return End(status);
   }
+  const Status made = WithinMemory([&] {
+    response_ = ToByteBuffer(first.answer->value().Next());
+    return Status::Ok();
+  });
+  if (!made.ok()) return End(made);
   is_writing_ = true;
-  response_ = ToByteBuffer(first.answer->value().Next());
   if (!first.answer->value().has_next()) {
     held_ = std::move(first.held);
     slots_.pop_front();

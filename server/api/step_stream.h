@@ -50,6 +50,7 @@ class StepStreamReactor final
   const Caller caller_;
   std::shared_ptr<StepStreamReactor> self_;  // until OnDone
 
+  std::shared_ptr<void> place_;  // ServiceContext::OpenStream
   std::mutex mutex_;
   Unparsed<v1::StepRequest> request_;        // being read
   grpc::ByteBuffer response_;                // being written

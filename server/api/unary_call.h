@@ -10,6 +10,7 @@
 #include "server/api/request_log.h"
 #include "server/api/simulation_service.h"
 #include "server/api/status_mapping.h"
+#include "server/core/memory_reserve.h"
 #include "server/scheduler/step_work.h"
 #include "server/session/session_registry.h"
 
@@ -79,8 +80,14 @@ inline grpc::ServerUnaryReactor* AnswerCounted(ByteBudget& unread, const std::st
 template <class T, class Map>
 std::function<void(Result<T>)> EndWith(UnaryCall* call, Map map) {
   return [call, map](Result<T> result) {
-    if (result.ok()) map(*result);
-    call->End(result.status());
+    Status status = result.status();
+    if (result.ok()) {
+      status = WithinMemory([&] {
+        map(*result);
+        return Status::Ok();
+      });
+    }
+    call->End(status);
   };
 }
 

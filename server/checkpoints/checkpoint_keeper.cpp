@@ -14,6 +14,7 @@
 #include "server/api/snapshot_reading.h"
 #include "server/api/snapshot_writing.h"
 #include "server/core/clock.h"
+#include "server/core/memory_reserve.h"
 #include "server/core/text.h"
 #include "server/core/trace.h"
 #include "server/session/sliced_command.h"
@@ -233,8 +234,10 @@ std::optional<double> CheckpointKeeper::age_s() const {
 }
 
 Status CheckpointKeeper::Write(const Session& session, const SavedStates& saved) {
-  const auto written = api::WriteCheckpoint(DescriptionOf(session), saved, scheduler_.description(),
-                                            version_, {incarnation_, NowUnix_s(), start_});
+  const auto written = WithinMemory([&] {
+    return api::WriteCheckpoint(DescriptionOf(session), saved, scheduler_.description(), version_,
+                                {incarnation_, NowUnix_s(), start_});
+  });
   Status status = written.status();
   if (written.ok()) {
     std::string& digest = digests_[session.name()];
@@ -264,7 +267,8 @@ void CheckpointKeeper::WriteExpired(const SessionPointer& session) {
   const fs::path folder = fs::path(options_.folder) / "expired";
   const fs::path path = folder / (FileStem(session->name()) + ".snapshot");
   if (saved.ok() && !saved->cloths.empty()) {
-    const auto bytes = api::WriteSnapshot(*saved, scheduler_.description(), version_);
+    const auto bytes = WithinMemory(
+        [&] { return api::WriteSnapshot(*saved, scheduler_.description(), version_); });
     status = bytes.ok() ? WriteDurably(path, *bytes) : bytes.status();
     if (status.ok()) {
       spdlog::info("session_kept name={} file={}", ShortSessionName(session->name()),
@@ -286,7 +290,9 @@ DeviceCommand CheckpointKeeper::LastCommand() {
       SavedStates saved;
       const Result<ClothList> cloths = session->FindCloths({});
       Status status = cloths.status();
-      if (status.ok()) status = SaveAlive(backend, *cloths, *budget_, saved);
+      if (status.ok()) {
+        status = WithinMemory([&] { return SaveAlive(backend, *cloths, *budget_, saved); });
+      }
       if (status.ok()) {
         last_.emplace_back(session, std::move(saved));
       } else {

@@ -5,6 +5,8 @@
 #include <unordered_map>
 #include <utility>
 
+#include "server/core/memory_reserve.h"
+
 namespace drape {
 
 struct ByteBudget::Counts {
@@ -30,6 +32,7 @@ ByteBudget::ByteBudget(std::string reason, Limit per_owner, Limit in_all, int64_
 
 Result<std::shared_ptr<void>> ByteBudget::Take(const std::string& owner, uint64_t bytes) {
   if (bytes == 0) return std::shared_ptr<void>();
+  if (!MemoryReserve::IsThere()) return OutOfMemory().RetryAfterMs(retry_after_ms_);
   {
     const std::lock_guard lock(counts_->mutex);
     if (bytes > in_all_.bytes || counts_->in_all > in_all_.bytes - bytes) {

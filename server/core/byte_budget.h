@@ -18,7 +18,8 @@ class ByteBudget {
     uint64_t bytes = 0;
   };
 
-  // Refusals are RESOURCE_EXHAUSTED with `reason` and retry_after.
+  // Refusals are RESOURCE_EXHAUSTED with `reason`, or DEVICE_MEMORY where the process has no
+  // reserve of memory (memory_reserve.h), and retry_after.
   ByteBudget(std::string reason, Limit per_owner, Limit in_all, int64_t retry_after_ms);
 
   // Counts until the last copy of the pointer is gone, which may outlive this. An owner that holds

@@ -48,6 +48,14 @@ void Buffer::Upload(size_t offset_bytes, std::span<const std::byte> bytes) {
   Context::Current().staging().CopyTo(name_, offset_bytes, bytes);
 }
 
+void Buffer::Clear(size_t offset_bytes, size_t size_bytes) {
+  DRAPE_CHECK(offset_bytes + size_bytes <= size_bytes_, "clearing beyond the end of a buffer");
+  if (size_bytes == 0) return;
+  glClearNamedBufferSubData(name_, GL_R32UI, static_cast<GLintptr>(offset_bytes),
+                            static_cast<GLsizeiptr>(size_bytes), GL_RED_INTEGER, GL_UNSIGNED_INT,
+                            nullptr);
+}
+
 void Buffer::Download(size_t offset_bytes, std::span<std::byte> bytes) const {
   DRAPE_CHECK(offset_bytes + bytes.size() <= size_bytes_, "download beyond the end of a buffer");
   if (bytes.empty()) return;

@@ -32,6 +32,8 @@ class Buffer {
   size_t size_bytes() const { return size_bytes_; }
 
   void Upload(size_t offset_bytes, std::span<const std::byte> bytes);
+  // To zeros. As Upload, it comes after what has been sent to the device before.
+  void Clear(size_t offset_bytes, size_t size_bytes);
   // Waits for the device. After shader writes, call glMemoryBarrier(GL_BUFFER_UPDATE_BARRIER_BIT)
   // first.
   void Download(size_t offset_bytes, std::span<std::byte> bytes) const;

@@ -10,6 +10,7 @@
 #include <string>
 #include <utility>
 
+#include "server/core/memory_reserve.h"
 #include "server/core/session_permits.h"
 #include "server/core/trace.h"
 #include "server/render/png.h"
@@ -237,7 +238,8 @@ Result<DrawnPicture> RenderThread::Core::DrawAndEncode(const PictureJob& job,
 }
 
 void RenderThread::Core::Finish(const FetchPointer& fetch) {
-  Result<DrawnPicture> picture = DrawAndEncode(fetch->job, *fetch->content);
+  Result<DrawnPicture> picture =
+      WithinMemory([&] { return DrawAndEncode(fetch->job, *fetch->content); });
   fetch->content.reset();
   {
     const std::lock_guard lock(mutex_);

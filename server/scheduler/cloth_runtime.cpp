@@ -163,7 +163,8 @@ StepReport ClothRuntime::Shifted(StepReport report) const {
   report.measured.potential_energy_j += shift_.potential_energy_j;
   // With the least legal compliances it is more than a number can hold.
   constexpr double kMost_j = std::numeric_limits<float>::max();
-  report.measured.strain_energy_j = std::min(report.measured.strain_energy_j, kMost_j);
+  double& strain_energy_j = report.measured.strain_energy_j;
+  if (!(strain_energy_j < kMost_j)) strain_energy_j = kMost_j;  // also where it is no number
   return report;
 }
 
@@ -211,15 +212,15 @@ RuntimeState ClothRuntime::Save() const {
   return state;
 }
 
-void ClothRuntime::Restore(const RuntimeState& state) {
+void ClothRuntime::Restore(RuntimeState state) {
   progress_ = state.progress;
   time_step_s_ = state.time_step_s;
   base_time_s_ = state.base_time_s;
   base_steps_ = state.base_steps;
-  controls_.pins() = state.pins;
-  controls_.grips() = state.grips;
-  controls_.lengths() = state.lengths;
-  controls_.SetColliders(state.colliders);
+  controls_.pins() = std::move(state.pins);
+  controls_.grips() = std::move(state.grips);
+  controls_.lengths() = std::move(state.lengths);
+  controls_.SetColliders(std::move(state.colliders));
   budget_ = state.budget;
   sleep_ = state.sleep;
   ++state_version_;

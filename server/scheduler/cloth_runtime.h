@@ -202,7 +202,7 @@ class ClothRuntime {
   RuntimeState Save() const;
   // As it was when `state` was saved, of this cloth or one like it. The caller has written the
   // particles, targets and lengths, and has set model and shift.
-  void Restore(const RuntimeState& state);
+  void Restore(RuntimeState state);
   void SetShift(const ReportShift& shift) { shift_ = shift; }
   // A model of the same particle count, which the backend has already. The caller replaces the pins
   // and lengths of controls().

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "server/core/check.h"
+#include "server/core/memory_reserve.h"
 #include "server/core/trace.h"
 #include "server/scheduler/state_reading.h"
 
@@ -230,10 +231,6 @@ void DeviceLoop::AddItems(const ActiveRequest& request, std::span<const uint32_t
   if (request.work().cloths[unit[0]]->sleep().is_asleep()) items.resize(first);
 }
 
-bool DeviceLoop::RunsAhead() const {
-  return backend_.device() != nullptr && backend_.device()->RunsAhead();
-}
-
 int64_t DeviceLoop::CostOf(const BatchReport& batch, int64_t wall_us) const {
   if (!RunsAhead()) return wall_us;
   return batch.upload_us + batch.device_us + batch.readback_us;
@@ -431,17 +428,22 @@ void DeviceLoop::BeginViews(Answers& ended) {
     std::vector<ClothSpan> receivers;
     for (const size_t k : answers) receivers.push_back(ended.answers[k].work.cloths);
     const int64_t begin_us = clock_.NowUs();
-    ended.views.push_back({std::move(answers), begin_us, SharedRead(backend_, receivers, fields)});
+    const Status begun = WithinMemory([&] {
+      ended.views.push_back({answers, begin_us, SharedRead(backend_, receivers, fields)});
+      return Status::Ok();
+    });
+    for (const size_t k : answers) ended.answers[k].outcome.states_status = begun;
   }
 }
 
 void DeviceLoop::TakeView(View& view, std::vector<Answer>& answers) {
   const trace::Span span("read_states");
-  std::vector<StateColumns> columns = view.read.Take();
+  auto columns = WithinMemory([&] { return Result(view.read.Take()); });
   const int64_t end_us = clock_.NowUs();
-  for (size_t k = 0; k < columns.size(); ++k) {
+  for (size_t k = 0; k < view.answers.size(); ++k) {
     StepOutcome& outcome = answers[view.answers[k]].outcome;
-    outcome.states = std::move(columns[k]);
+    outcome.states_status = columns.status();
+    if (columns.ok()) outcome.states = std::move((*columns)[k]);
     outcome.timing.readback_us += end_us - view.begin_us;
     outcome.device_done_us = end_us;
   }
@@ -458,9 +460,8 @@ void DeviceLoop::Finish(std::vector<RequestPointer> over) {
   }
   BeginViews(ended);
   answers_.push_back(std::move(ended));
-  const bool is_complete = std::all_of(answers_.begin(), answers_.end(),
-                                       [](const Answers& some) { return some.views.empty(); });
-  if (is_complete || !RunsAhead()) GiveAnswers();
+  const auto waits = [](const Answers& some) { return !some.views.empty(); };
+  if (!RunsAhead() || std::ranges::none_of(answers_, waits)) GiveAnswers();
 }
 
 void DeviceLoop::GiveAnswers() {

@@ -103,7 +103,7 @@ class DeviceLoop {
                 std::vector<StepItem>& items) const;
   std::vector<StepItem> ItemsOf(const std::vector<Part>& parts) const;
   // Whether the device works while the host does something else.
-  bool RunsAhead() const;
+  bool RunsAhead() const { return backend_.device() != nullptr && backend_.device()->RunsAhead(); }
   // How long the backend took [us], without the time for answers while its device works.
   int64_t CostOf(const BatchReport& batch, int64_t wall_us) const;
   // Returns its duration [us].

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "server/core/check.h"
+#include "server/core/memory_reserve.h"
 #include "server/scheduler/state_reading.h"
 
 namespace drape {
@@ -108,16 +109,17 @@ std::optional<int64_t> ObserverSet::Serve(Backend& backend, int64_t now_us) {
     const bool may_have_lost_all = std::exchange(subscription.is_new, false) || !changed.empty();
     std::optional<Status> reason = EndReason(subscription, may_have_lost_all);
     if (!reason && !served.ok()) reason = served;
+    std::optional<int64_t> again_us;
+    if (!reason && !subscription.spec.queue) {
+      again_us = ServeLatest(subscription, is_newly_due, backend, now_us);
+    }
+    if (!reason && !subscription.failure.ok()) reason = subscription.failure;
     if (reason) {
       complete_([on_end = subscription.spec.on_end, reason] { on_end(*reason); });
       entry = subscriptions_.erase(entry);
       continue;
     }
-    if (!subscription.spec.queue) {
-      const std::optional<int64_t> again_us =
-          ServeLatest(subscription, is_newly_due, backend, now_us);
-      if (again_us) wake_at_us = std::min(wake_at_us.value_or(*again_us), *again_us);
-    }
+    if (again_us) wake_at_us = std::min(wake_at_us.value_or(*again_us), *again_us);
     ++entry;
   }
   // The receivers keep what they have not sent.
@@ -257,7 +259,11 @@ bool ObserverSet::SendFrame(Subscription& subscription, std::vector<uint32_t> cl
   }
   const uint64_t bytes = FrameBytes(subscription.spec, cloths);
   ObservedFrame frame;
-  frame.content = Content(subscription, std::move(cloths), backend);
+  subscription.failure = WithinMemory([&] {
+    frame.content = Content(subscription, std::move(cloths), backend);
+    return Status::Ok();
+  });
+  if (!subscription.failure.ok()) return false;
   frame.frame = ++subscription.frame;
   frame.frames_dropped = std::exchange(subscription.frames_dropped, 0);
   ++counters_.frames_sent;

@@ -173,6 +173,7 @@ class ObserverSet {
     uint64_t frame = 0;
     uint64_t frames_dropped = 0;
     std::optional<int64_t> last_frame_us;
+    Status failure;  // of the last frame
   };
 
   std::shared_ptr<Audience> AudienceOf(const ObserverSpec& spec) const;

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "server/core/check.h"
+#include "server/core/memory_reserve.h"
 #include "server/scheduler/scheduler_core.h"
 #include "server/scheduler/state_reading.h"
 
@@ -95,8 +96,10 @@ Status Scheduler::ReadStates(std::vector<std::shared_ptr<ClothRuntime>> cloths,
                                                 in_flight = std::move(permit),
                                                 cancel](Backend& backend) mutable {
     const Status readable = CheckReadable(cloths, cancel);
-    auto states = std::make_shared<Result<ClothStates>>(
-        readable.ok() ? Result<ClothStates>(ReadClothStates(backend, cloths, fields)) : readable);
+    auto states = std::make_shared<Result<ClothStates>>(WithinMemory([&]() -> Result<ClothStates> {
+      if (!readable.ok()) return readable;
+      return ReadClothStates(backend, cloths, fields);
+    }));
     // Moved, because the command itself exists until the round is over.
     if (states->ok()) (*states)->in_flight = std::move(in_flight);
     in_flight.reset();
@@ -115,12 +118,12 @@ Status Scheduler::ReadForDrawing(std::vector<std::shared_ptr<ClothRuntime>> clot
                      [cloths = std::move(cloths), fields, on_device, done = std::move(done),
                       in_flight = std::move(permit), cancel](Backend& backend) mutable {
                        const Status readable = CheckReadable(cloths, cancel);
-                       if (!readable.ok()) {
-                         in_flight.reset();
-                         return done(readable);
-                       }
-                       ClothStates states = ReadForPicture(backend, cloths, fields, on_device);
-                       states.in_flight = std::move(in_flight);
+                       Result<ClothStates> states = WithinMemory([&]() -> Result<ClothStates> {
+                         if (!readable.ok()) return readable;
+                         return ReadForPicture(backend, cloths, fields, on_device);
+                       });
+                       if (states.ok()) states->in_flight = std::move(in_flight);
+                       in_flight.reset();
                        done(std::move(states));
                      });
 }

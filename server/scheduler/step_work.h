@@ -123,6 +123,8 @@ struct StepOutcome {
   StepTiming timing;
   // Set if states were requested: all cloths of the request, same order, after its last step.
   std::optional<StateColumns> states;
+  // RESOURCE_EXHAUSTED DEVICE_MEMORY: all steps were made, but there was no memory for the states.
+  Status states_status;
   // When the device had finished the request, by the clock of the scheduler [us].
   int64_t device_done_us = 0;
 };

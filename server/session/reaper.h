@@ -10,8 +10,8 @@
 
 namespace drape {
 
-// Calls registry.ReapExpired() every `interval` of real time until destroyed. The registry outlives
-// it.
+// Calls registry.ReapExpired() every `interval` of real time until destroyed, and gets back the
+// reserve of memory that was given up (core/memory_reserve.h). The registry outlives it.
 class Reaper {
  public:
   explicit Reaper(SessionRegistry& registry,
@@ -22,8 +22,10 @@ class Reaper {
 
  private:
   void Loop(std::chrono::milliseconds interval);
+  void LookAtMemory();
 
   SessionRegistry& registry_;
+  uint64_t seen_times_ = 0;  // MemoryReserve::times_used
   std::mutex mutex_;
   std::condition_variable wake_;
   bool is_stopping_ = false;

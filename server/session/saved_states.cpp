@@ -146,11 +146,12 @@ Status CheckLoads(const ClothRecord& cloth, const SavedCloth& from, const std::s
 Status LoadOnDevice(Backend& backend, ClothRecord& cloth, const SavedCloth& from) {
   DRAPE_RETURN_IF_ERROR(CheckLoadNow(cloth, from));
   ClothRuntime& runtime = *cloth.runtime;
+  RuntimeState state = from.runtime;  // before anything is changed: there may be no memory for it
   DRAPE_RETURN_IF_ERROR(backend.Write(runtime.handle(), UpdateTo(from, cloth)));
   const ClothDescription& description = *from.description;
   runtime.SetModel(description.model);
   runtime.SetShift(ShiftOf(*description.model, description.parameters, cloth.placement));
-  runtime.Restore(from.runtime);
+  runtime.Restore(std::move(state));
   cloth.ReplaceDescription(from.description);
   return Status::Ok();
 }

@@ -4,6 +4,7 @@
 #include <unordered_set>
 #include <utility>
 
+#include "server/core/memory_reserve.h"
 #include "server/session/cloth_creation.h"
 #include "server/session/page_token.h"
 
@@ -116,6 +117,10 @@ ClothList Session::Unpublish(const ClothList& cloths) {
 }
 
 Result<ClothList> Session::FindCloths(std::span<const ClothId> ids) const {
+  return WithinMemory([&] { return FindAll(ids); });
+}
+
+Result<ClothList> Session::FindAll(std::span<const ClothId> ids) const {
   ClothList cloths;
   if (ids.empty()) {
     const std::lock_guard lock(mutex_);

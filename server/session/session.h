@@ -204,6 +204,7 @@ class Session : public std::enable_shared_from_this<Session> {
   void Close(std::function<void(Status)> done);
 
  private:
+  Result<ClothList> FindAll(std::span<const ClothId> ids) const;
   // Takes the quota, or names the limit that forbids it.
   Status ReserveQuota(uint64_t cloths, uint64_t particles);
   void ReleaseQuota(uint64_t cloths, uint64_t particles);

@@ -5,6 +5,8 @@
 #include <string>
 #include <utility>
 
+#include "server/core/memory_reserve.h"
+
 namespace drape {
 namespace {
 
@@ -31,7 +33,7 @@ void PostNextSlice(const SlicedWorkPointer& work) {
 
 void RunNextSlice(const SlicedWorkPointer& work, Backend& backend) {
   const size_t end = std::min(work->count, work->next + work->per_slice);
-  const Status status = work->slice(backend, work->next, end);
+  const Status status = WithinMemory([&] { return work->slice(backend, work->next, end); });
   work->next = end;
   if (!status.ok() || end == work->count) return work->finish(backend, status);
   PostNextSlice(work);

@@ -65,6 +65,11 @@ bool AreHeld(uint i, uint j) {
          Parameter(cloth.parameters.inverse_masses + j) == 0.0;
 }
 
+// Finite per elongation: nothing times an infinite stiffness would be no number.
+float CompliantEnergy(float compliance, float elongation) {
+  return ElasticEnergy(min(1.0 / compliance, kLargestFloat), elongation);
+}
+
 void MeasureConstraint(uint k, inout Measured measured) {
   float inverse_interval = cloth.substeps[DRAPE_SUBSTEP_LAST].inverse_interval;
   CommittedLink link = LoadCommittedLink(k);
@@ -79,7 +84,7 @@ void MeasureConstraint(uint k, inout Measured measured) {
                                 scratch[cloth.scratch.lambdas + k]);
     if (compliance > 0.0) {
       measured.elastic =
-          AddCompensated(measured.elastic, ElasticEnergy(1.0 / compliance, link.violation));
+          AddCompensated(measured.elastic, CompliantEnergy(compliance, link.violation));
     }
   }
   if (link.kind != DRAPE_KIND_EQUAL) {
@@ -101,7 +106,7 @@ void MeasureJoint(uint k, inout Measured measured) {
     float compliance = ModelFloat(cloth.model.joint_compliances + k);
     vec3 lambda = ScratchVector(cloth.scratch.joint_lambdas + 3u * k);
     if (compliance > 0.0) {
-      measured.elastic = AddCompensated(measured.elastic, ElasticEnergy(1.0 / compliance, error));
+      measured.elastic = AddCompensated(measured.elastic, CompliantEnergy(compliance, error));
     }
     error = Length(JointResidual(d, compliance, cloth.step.inverse_h, lambda));
   }

@@ -135,5 +135,27 @@ TEST_F(ConfigFileTest, WhatIsPrintedReadsAsTheSame) {
   EXPECT_EQ(print({flag.c_str()}), printed);
 }
 
+// What docker/operating.md says of them.
+TEST(FitToMemory, LimitsTogetherAreLessThanTheMemory) {
+  const auto sum_of = [](const Config& config) {
+    return config.sessions.max_model_bytes + config.sessions.max_saved_bytes +
+           config.sessions.max_mesh_collider_bytes + config.sessions.max_request_id_bytes +
+           config.sessions.max_remembered_bytes + 2 * config.requests.max_unread_bytes +
+           config.max_transport_bytes;
+  };
+  for (const uint64_t gibibytes : {1, 4, 16, 31, 32, 512}) {
+    Config config;
+    FitToMemory(config, gibibytes << 30);
+    EXPECT_LE(sum_of(config), (gibibytes << 30) / 32 * 25) << gibibytes;
+    EXPECT_LE(config.sessions.max_mesh_collider_bytes_per_session,
+              config.sessions.max_mesh_collider_bytes);
+    EXPECT_LE(config.requests.max_unread_bytes_per_session, config.requests.max_unread_bytes);
+  }
+  Config large;
+  FitToMemory(large, uint64_t{32} << 30);
+  EXPECT_EQ(sum_of(large), sum_of(Config()));
+  EXPECT_EQ(large.sessions.max_model_bytes, Config().sessions.max_model_bytes);
+}
+
 }  // namespace
 }  // namespace drape

@@ -76,6 +76,34 @@ TEST_F(DeviceArraysTest, ArenaRefusesBeyondItsLimitAndReusesRoom) {
   EXPECT_TRUE(arena->Allocate(0).ok());
 }
 
+// The next owner of words does not get what the former one had there.
+TEST_F(DeviceArraysTest, ReusedRangesAreZeros) {
+  Result<DeviceArena> arena = DeviceArena::Create("test", kLargeBytes);
+  Result<MirroredArena> mirrored = MirroredArena::Create("test", kLargeBytes);
+  ASSERT_TRUE(arena.ok() && mirrored.ok());
+  const std::vector<uint32_t> secrets(1000, 0xdeadbeef), zeros(1000, 0);
+  uint32_t at = 0, mirrored_at = 0;
+  {
+    Result<WordRange> theirs = arena->Allocate(1000), mirrored_theirs = mirrored->Allocate(1000);
+    ASSERT_TRUE(theirs.ok() && mirrored_theirs.ok());
+    arena->Write(*theirs, 0, std::span(secrets));
+    mirrored->Write(*mirrored_theirs, 0, std::span(secrets));
+    mirrored->Flush();
+    EXPECT_EQ(Download(arena->buffer(), *theirs), secrets);
+    EXPECT_EQ(Download(mirrored->buffer(), *mirrored_theirs), secrets);
+    at = theirs->begin();
+    mirrored_at = mirrored_theirs->begin();
+  }
+  const Result<WordRange> mine = arena->Allocate(1000), mirrored_mine = mirrored->Allocate(1000);
+  ASSERT_TRUE(mine.ok() && mirrored_mine.ok());
+  ASSERT_EQ(mine->begin(), at);
+  ASSERT_EQ(mirrored_mine->begin(), mirrored_at);
+  EXPECT_EQ(Download(arena->buffer(), *mine), zeros);
+  EXPECT_EQ(mirrored->Read(*mirrored_mine, 0, 1000), zeros);
+  mirrored->Flush();
+  EXPECT_EQ(Download(mirrored->buffer(), *mirrored_mine), zeros);
+}
+
 TEST_F(DeviceArraysTest, MirrorSendsOnlyWhatChanged) {
   Result<MirroredBuffer> buffer = MirroredBuffer::Create("test", kLargeBytes);
   ASSERT_TRUE(buffer.ok());

@@ -137,5 +137,25 @@ TEST_P(ConstraintParityTest, Measurements) {
   }
 }
 
+// With the least compliances it is more than a number can hold, or close to it, and never none.
+TEST_P(ConstraintParityTest, StrainEnergyOfTinyCompliancesIsANumber) {
+  for (const double compliance_m_per_n : {1e-38, 1e-40, 1e-42, 1e-44, 1e-45}) {
+    for (Scene scene :
+         {CompliantSheet(8, compliance_m_per_n), CompliantSheet(64, compliance_m_per_n),
+          JointedChain(9, 0.1, compliance_m_per_n), RopesAndStruts(40, 0.1, compliance_m_per_n)}) {
+      SCOPED_TRACE(scene.name + " " + std::to_string(std::log10(compliance_m_per_n)));
+      Stir(scene, 0.5);
+      SetSubsteps(scene, 2, 3);
+      for (const char* name : {"reference", GetParam().c_str()}) {
+        Backend& backend = SharedBackend(name);
+        const ClothHandle cloth = CreateCloth(backend, scene);
+        const Measurements measured = StepAlone(backend, cloth, scene, 1, true).measured;
+        EXPECT_GE(measured.strain_energy_j, 0) << name << ": not a number, where it is nan";
+        backend.Destroy(cloth);
+      }
+    }
+  }
+}
+
 }  // namespace
 }  // namespace drape::test

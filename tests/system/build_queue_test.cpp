@@ -62,7 +62,7 @@ class BuildQueue : public testing::Test {
   const std::shared_ptr<BuildQuota> quota_ = std::make_shared<BuildQuota>(clock_);
   const ServiceContext context_{*scheduler_, sessions_, builders_, pictures_, clock_,
                                 {},          "test",    "test",    nullptr,   nullptr,
-                                nullptr,     nullptr,   quota_};
+                                nullptr,     nullptr,   nullptr,   quota_};
   CancelToken cancel_;
   int64_t deadline_us_ = std::numeric_limits<int64_t>::max();
 };

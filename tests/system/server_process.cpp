@@ -1,7 +1,9 @@
 #include "tests/system/server_process.h"
 
 #include <grpcpp/create_channel.h>
+#include <gtest/gtest.h>
 #include <sys/prctl.h>
+#include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -37,8 +39,11 @@ bool Mentions(const std::vector<std::string>& flags, const std::string& name) {
 }
 
 [[noreturn]] void RunChild(const std::vector<std::string>& words, const std::string& log_path,
-                           const ServerProcess::Environment& environment) {
+                           const ServerProcess::Environment& environment,
+                           uint64_t max_descriptors) {
   prctl(PR_SET_PDEATHSIG, SIGKILL);
+  const rlimit limit{max_descriptors, max_descriptors};
+  if (max_descriptors > 0 && setrlimit(RLIMIT_NOFILE, &limit) != 0) _exit(126);
   if (!std::freopen(log_path.c_str(), "w", stderr)) _exit(126);
   for (const auto& [name, value] : environment) setenv(name.c_str(), value.c_str(), 1);
   std::vector<char*> arguments;
@@ -60,7 +65,8 @@ ScratchDir::~ScratchDir() {
   std::filesystem::remove_all(path_);
 }
 
-ServerProcess::ServerProcess(std::vector<std::string> flags, const Environment& environment) {
+ServerProcess::ServerProcess(std::vector<std::string> flags, const Environment& environment,
+                             uint64_t max_descriptors) {
   const char* const other_program = std::getenv("DRAPE_TEST_SERVER");
   std::vector<std::string> words = {other_program != nullptr ? other_program
                                                              : ProgramPath("draped").string()};
@@ -70,7 +76,7 @@ ServerProcess::ServerProcess(std::vector<std::string> flags, const Environment& 
   words.insert(words.end(), flags.begin(), flags.end());
   pid_ = fork();
   DRAPE_CHECK(pid_ >= 0, "fork failed");
-  if (pid_ == 0) RunChild(words, dir_ / "log", environment);
+  if (pid_ == 0) RunChild(words, dir_ / "log", environment, max_descriptors);
 }
 
 ServerProcess::~ServerProcess() {
@@ -125,6 +131,11 @@ int ServerProcess::WaitForExit() {
     std::this_thread::sleep_for(kPoll);
   }
   return has_ended_ ? exit_status_ : -1;
+}
+
+void ServerProcess::Limit(int resource, uint64_t value) const {
+  const rlimit limit{value, value};
+  EXPECT_EQ(prlimit(pid_, static_cast<__rlimit_resource>(resource), &limit, nullptr), 0);
 }
 
 uint64_t ServerProcess::PeakMemory_bytes() const {

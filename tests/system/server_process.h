@@ -32,7 +32,9 @@ class ServerProcess {
 
   // Starts draped, or the program that DRAPE_TEST_SERVER names, with `flags`; --listen and
   // --port-file are given unless they are among the flags. Does not wait.
-  explicit ServerProcess(std::vector<std::string> flags = {}, const Environment& environment = {});
+  // `max_descriptors`: of files and connections; 0: as this process.
+  explicit ServerProcess(std::vector<std::string> flags = {}, const Environment& environment = {},
+                         uint64_t max_descriptors = 0);
   // Kills the child if it still runs.
   ~ServerProcess();
   ServerProcess(const ServerProcess&) = delete;
@@ -49,6 +51,8 @@ class ServerProcess {
   // The exit status, or 128 + signal; -1 if it does not end in time.
   int WaitForExit();
   bool is_running();
+  // Lowers a limit of the running process (RLIMIT_DATA, …).
+  void Limit(int resource, uint64_t value) const;
   // The most memory that it has had.
   uint64_t PeakMemory_bytes() const;
   // Its stderr so far.

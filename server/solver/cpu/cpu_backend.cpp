@@ -60,7 +60,10 @@ class CpuBackend final : public Backend {
         arena_(thread_count_),
         lane_count_(testing.use_lanes ? SupportedLanes().lane_count : 1),
         leaves_out_colliders_(testing.leave_out_colliders),
-        scratch_(static_cast<size_t>(thread_count_)) {}
+        scratch_(static_cast<size_t>(thread_count_)) {
+    // Now, not with the first step: oneTBB ends the process where it has no memory to begin with.
+    arena_.initialize();
+  }
 
   BackendDescription Describe() const override {
     return {.name = "cpu",

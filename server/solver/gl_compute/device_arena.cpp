@@ -42,6 +42,7 @@ std::optional<WordRange> DeviceArena::AllocateWithin(uint64_t words) {
   const uint64_t aligned = Aligned(words);
   const std::optional<uint64_t> begin = free_list_.Allocate(aligned);
   if (!begin) return std::nullopt;
+  buffer_.Clear(*begin * kWordBytes, aligned * kWordBytes);
   return WordRange(&free_list_, *begin, words, aligned);
 }
 

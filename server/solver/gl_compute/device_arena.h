@@ -13,7 +13,8 @@
 
 namespace drape {
 
-// One storage buffer of 4-byte words, handed out in ranges. It grows by copying itself on the
+// One storage buffer of 4-byte words, handed out in ranges of zeros: whatever another tenant had
+// there before is gone, and so is what the driver's memory held. It grows by copying itself on the
 // device, so ranges keep their offsets. Every call with the context current.
 class DeviceArena {
  public:

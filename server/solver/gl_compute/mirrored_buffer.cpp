@@ -49,6 +49,14 @@ void MirroredBuffer::Write(uint64_t offset_bytes, std::span<const std::byte> byt
   dirty_.emplace_back(offset_bytes, offset_bytes + bytes.size());
 }
 
+void MirroredBuffer::Clear(uint64_t offset_bytes, uint64_t size_bytes) {
+  const auto begin = mirror_.begin() + static_cast<std::ptrdiff_t>(offset_bytes);
+  const auto end = begin + static_cast<std::ptrdiff_t>(size_bytes);
+  if (std::all_of(begin, end, [](std::byte byte) { return byte == std::byte{0}; })) return;
+  std::fill(begin, end, std::byte{0});
+  dirty_.emplace_back(offset_bytes, offset_bytes + size_bytes);
+}
+
 uint64_t MirroredBuffer::Flush() {
   std::sort(dirty_.begin(), dirty_.end());
   uint64_t sent_bytes = 0;
@@ -86,6 +94,7 @@ Result<WordRange> MirroredArena::Allocate(uint64_t words) {
     free_list_.Grow(mirrored_.Mirror().size() / kArenaWordBytes);
     begin = free_list_.Allocate(aligned);
   }
+  mirrored_.Clear(*begin * kArenaWordBytes, aligned * kArenaWordBytes);
   return WordRange(&free_list_, *begin, words, aligned);
 }
 

@@ -23,6 +23,7 @@ class MirroredBuffer {
   Status Reserve(uint64_t size_bytes);
   // Bytes that are already equal are not sent.
   void Write(uint64_t offset_bytes, std::span<const std::byte> bytes);
+  void Clear(uint64_t offset_bytes, uint64_t size_bytes);
   std::span<const std::byte> Mirror() const { return mirror_; }
   // Returns the bytes sent.
   uint64_t Flush();
@@ -45,7 +46,8 @@ class MirroredBuffer {
   std::vector<std::pair<uint64_t, uint64_t>> dirty_;
 };
 
-// A mirrored buffer of 4-byte words, handed out in ranges. Must not move once ranges exist.
+// A mirrored buffer of 4-byte words, handed out in ranges of zeros (as DeviceArena). Must not move
+// once ranges exist.
 class MirroredArena {
  public:
   static Result<MirroredArena> Create(std::string name, int64_t max_bytes);
