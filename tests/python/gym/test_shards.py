@@ -17,6 +17,7 @@ def cluster():
     import ray
     from ray.cluster_utils import Cluster
 
+    os.environ.setdefault("RAY_worker_niceness", "0")  # 15 by default: anything else on the machine would go first
     cluster = Cluster(initialize_head=True, head_node_args={"num_cpus": 1, "num_gpus": 2})  # GPUs on paper
     cluster.add_node(num_cpus=1)
     ray.init(address=cluster.address, log_to_driver=False)
@@ -192,37 +193,38 @@ def test_a_spare_without_room_does_not_keep_it_from_shards(cluster, undisturbed)
     assert equal(play(env, lambda number: kill(env, cluster, "actor") if number == 3 else None), undisturbed)
 
 
-def test_shards_step_on_while_another_is_made_again(cluster):
-    """A shard that answers late delays neither the notice of another's loss nor its recovery."""
+def test_a_loss_is_noticed_while_other_shards_work(cluster, tmp_path):
+    """The first shard does not answer before the recovery of the second one has begun."""
+    has_begun = tmp_path / "begun"
+
     def task(num_envs, **arguments):
         from drape.gym import DropFlat
 
-        class Slow(DropFlat):
+        class Waiting(DropFlat):
             def step(self, actions):
-                if actions[0, 0] == 1:
-                    time.sleep(3)
+                end = time.monotonic() + 60
+                while actions[0, 0] == 1 and not has_begun.exists():
+                    assert time.monotonic() < end, "nobody noticed"
+                    time.sleep(0.01)
                 return super().step(actions)
 
-        return Slow(num_envs, **arguments)
+        return Waiting(num_envs, **arguments)
 
-    env = make(task, num_cpus=0.4, spares=1)
+    env = make(task)
     env.reset(seed=1)
-    env.await_spares()
-    slow = np.zeros((ENVS, 8), np.float32)
-    slow[0, 0] = 1
-    kill(env, cluster, "actor")
-    ends = [0.0, 0.0]
     begin = env._begin
 
-    def noted(k, *arguments):
-        ends[k] = time.monotonic()
-        return begin(k, *arguments)
+    def noted(k, method, *arguments):
+        if method == "do_again":
+            has_begun.touch()
+        return begin(k, method, *arguments)
 
     env._begin = noted
-    start = time.monotonic()
-    env.step(slow)
-    assert ends[1] - ends[0] < 2.5, "the recovery began while the other shard worked"
-    assert time.monotonic() - start >= 3
+    waits = np.zeros((ENVS, 8), np.float32)
+    waits[0, 0] = 1
+    kill(env, cluster, "actor")
+    env.step(waits)
+    assert env.recoveries == 1
 
 
 def test_a_shard_that_is_lost_before_its_first_answer_is_made_again(cluster, undisturbed, tmp_path):
