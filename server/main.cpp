@@ -41,7 +41,7 @@ Status Serve(Config config, const std::vector<std::string>& arguments) {
   if (former.port != 0) config.listen = WithPort(config.listen, former.port);
   LossHandling handling(arguments, former);
   TakeSignals();
-  LogMemory(config);
+  DivideMemory(config);
   const uint64_t files = api::RaiseFileLimit();
   const Result<api::ServerOptions> options = ToServerOptions(config);
   if (!options.ok()) return options.status();
@@ -136,7 +136,6 @@ int main(int argc, char** argv) {
   if (command_line.exit_code) return *command_line.exit_code;
   if (command_line.config.lists_devices) return drape::PrintDevices();
   drape::KeepFreedMemory();
-  drape::KeepReserve();
   drape::Status status =
       drape::InitLog(command_line.config.log_level, command_line.config.log_format);
   drape::api::TakeLibraryLogs();

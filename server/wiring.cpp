@@ -25,12 +25,9 @@ namespace drape {
 
 using std::chrono::milliseconds;
 
-void KeepReserve() {
+void DivideMemory(const Config& config) {
   constexpr uint64_t kMost_bytes = uint64_t{64} << 20;
   MemoryReserve::Keep(std::min(kMost_bytes, MemoryOfProcess_bytes() / 16));
-}
-
-void LogMemory(const Config& config) {
   spdlog::info(
       "memory bytes={} max_model_bytes={} max_saved_bytes={} max_mesh_collider_bytes={} "
       "max_unread_bytes={} max_request_id_bytes={} max_remembered_bytes={} max_transport_bytes={}",

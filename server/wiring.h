@@ -17,10 +17,9 @@
 
 namespace drape {
 
-// Memory with which the server goes on where there is none left (core/memory_reserve.h).
-void KeepReserve();
-// What the process may have, and the limits that follow from it.
-void LogMemory(const Config& config);
+// Keeps memory with which the server goes on where there is none left (core/memory_reserve.h). Logs
+// what the process may have, and the limits that follow from it.
+void DivideMemory(const Config& config);
 
 // 16 digits that no other run has.
 std::string RandomHex();
