@@ -18,8 +18,6 @@ struct Measured {
   uint contacts;
 };
 
-const float kLargestFloat = 3.402823e38;
-
 Measured NothingMeasured() {
   return Measured(vec2(0.0), vec2(0.0), vec2(0.0), vec2(0.0), vec2(0.0), 0.0, kLargestFloat, 0.0, 0.0, 0u);
 }
