@@ -26,7 +26,7 @@ struct RequestLimits {
   uint64_t max_unread_bytes = uint64_t{2} << 30;
   uint64_t max_unread_bytes_per_session = uint64_t{256} << 20;
   // Open StepStream, StreamStates, Run and ImportCloths calls of all; a tenant has at most as many
-  // as it leaves free. An idle one takes about 18 kB.
+  // as it leaves free. An idle one takes about 18 kB (by hand).
   uint32_t max_streams = 4096;
   // Limits of the model of one cloth.
   ModelLimits model;

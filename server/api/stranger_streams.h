@@ -9,7 +9,7 @@
 namespace drape::api {
 
 // Of one connection, and of all; an address has at most as many as it leaves free
-// (core/session_permits.h). An idle one takes about 17 kB, and nothing else counts it.
+// (core/session_permits.h). An idle one takes about 17 kB (by hand), and nothing else counts it.
 inline constexpr uint32_t kStrangerStreamsPerConnection = 16;
 inline constexpr uint32_t kStrangerStreams = 1024;
 

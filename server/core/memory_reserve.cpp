@@ -25,6 +25,7 @@ struct Block {
 
 std::atomic<uint64_t> whole_bytes{0};  // 0: none is kept
 std::atomic<Block*> reserve{nullptr};  // null: given up
+std::atomic<bool> is_whole{false};
 std::atomic<uint64_t> times_given_up{0};
 
 Block* Map(uint64_t bytes) {
@@ -41,6 +42,7 @@ bool Unmap(Block* block) {
 }
 
 bool GiveUp() {
+  is_whole = false;
   if (!Unmap(reserve.exchange(nullptr))) return false;
   ++times_given_up;
   return true;
@@ -48,6 +50,7 @@ bool GiveUp() {
 
 // Whether there was as much.
 bool GiveUpSome() {
+  is_whole = false;
   Block* const block = reserve.exchange(nullptr);
   if (block == nullptr) return false;
   ++times_given_up;
@@ -85,13 +88,14 @@ bool MemoryReserve::IsThere() {
     block = Map(whole_bytes / part);
   }
   if (block == nullptr) return false;
+  is_whole = block->bytes == whole_bytes;
   Block* none = nullptr;
   if (!reserve.compare_exchange_strong(none, block)) Unmap(block);
   return true;
 }
 
 bool MemoryReserve::Renew() {
-  if (whole_bytes == 0) return true;
+  if (whole_bytes == 0 || is_whole) return true;
   Unmap(reserve.exchange(nullptr));
   return IsThere();
 }

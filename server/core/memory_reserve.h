@@ -25,13 +25,14 @@ class MemoryReserve {
   static void Keep(uint64_t bytes);
   // Whether the process has a reserve, or gets it again now, or a part of it, or never had one.
   static bool IsThere();
-  // The same, after an attempt to have the whole again.
+  // The same, after an attempt to have the whole again, if it is not there.
   static bool Renew();
   // How often it was given up.
   static uint64_t times_used();
 };
 
-// While it exists, allocations of this thread that fail throw instead of taking from the reserve.
+// While it exists, allocations of this thread that fail take a small part of the reserve at most,
+// and only once: enough to end in order. The next one throws.
 class RequestMemoryScope {
  public:
   RequestMemoryScope();

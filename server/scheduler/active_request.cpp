@@ -351,11 +351,11 @@ void ActiveRequest::ApplyGrips(Backend& backend) {
 
 bool ActiveRequest::LooksReady(Backend& backend) {
   if ((!work_.impulses && !work_.report) || backend.device() == nullptr) return true;
-  is_ready_ = true;
-  for (const auto& cloth : work_.cloths) {
-    if (!cloth->is_alive() || cloth->is_faulted()) continue;
-    is_ready_ &= backend.device()->IsReadyToTell(cloth->handle(), work_.impulses);
-  }
+  is_ready_ = backend.device()->IsReadyToMeasure() &&
+              (!work_.impulses || std::ranges::all_of(work_.cloths, [&](const auto& cloth) {
+                return !cloth->is_alive() || cloth->is_faulted() ||
+                       backend.device()->IsReadyToTellImpulses(cloth->handle());
+              }));
   return is_ready_;
 }
 

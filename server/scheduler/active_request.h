@@ -38,7 +38,7 @@ class ActiveRequest {
   // about colliders that begin to move.
   Status Start(Backend& backend, uint32_t max_steps);
   // Whether nothing has to be made first for what it asks for; if not, that is being made
-  // (DeviceBackend::IsReadyToTell). Before Start, in its turn.
+  // (DeviceBackend::IsReadyToMeasure). Before Start, in its turn.
   bool LooksReady(Backend& backend);
   // What LooksReady said last; true before.
   bool is_ready() const { return is_ready_; }

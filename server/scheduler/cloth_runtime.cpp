@@ -163,8 +163,7 @@ StepReport ClothRuntime::Shifted(StepReport report) const {
   report.measured.potential_energy_j += shift_.potential_energy_j;
   // With the least legal compliances it is more than a number can hold.
   constexpr double kMost_j = std::numeric_limits<float>::max();
-  double& strain_energy_j = report.measured.strain_energy_j;
-  if (!(strain_energy_j < kMost_j)) strain_energy_j = kMost_j;  // also where it is no number
+  report.measured.strain_energy_j = std::min(report.measured.strain_energy_j, kMost_j);
   return report;
 }
 

@@ -83,13 +83,13 @@ void DeviceLoop::StartAndFinish() {
 std::vector<DeviceLoop::RequestPointer> DeviceLoop::StartAndEnd() {
   std::vector<RequestPointer> over;
   const int64_t now_us = clock_.NowUs();
-  // In order of arrival: a request that ends passes its turns to later ones only.
+  // In order of arrival: a request that ends without an answer passes its turns to later ones only.
   for (auto entry = requests_.begin(); entry != requests_.end();) {
     ActiveRequest& request = **entry;
     const std::optional<int64_t> held_us = HeldBackUntil_us(request, now_us);
     EndIfPointless(request, now_us, held_us);
-    if (over.empty() && !request.end_status() && !request.has_started() && request.may_start() &&
-        !held_us && request.LooksReady(backend_)) {
+    if (!request.end_status() && !request.has_started() && request.may_start() && !held_us &&
+        request.LooksReady(backend_)) {
       const Status status = request.Start(backend_, settings_.max_steps_per_request);
       if (!status.ok()) request.EndWith(status);
     }
@@ -98,7 +98,7 @@ std::vector<DeviceLoop::RequestPointer> DeviceLoop::StartAndEnd() {
       continue;
     }
     DropLongStep(&request);
-    request.LeaveTurns();
+    if (request.end_status()) request.LeaveTurns();
     sessions_.Leave(request.work().owner());
     over.push_back(std::move(*entry));
     entry = requests_.erase(entry);
@@ -454,6 +454,7 @@ void DeviceLoop::Finish(std::vector<RequestPointer> over) {
   Answers ended;
   for (const RequestPointer& request : over) {
     StepOutcome outcome = request->Outcome();
+    if (!request->end_status()) request->LeaveTurns();
     outcome.device_done_us = clock_.NowUs();
     counters_.request_durations.Add(outcome.device_done_us - request->submitted_us());
     ended.answers.push_back({std::move(*request).TakeWork(), std::move(outcome)});

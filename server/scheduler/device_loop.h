@@ -76,9 +76,9 @@ class DeviceLoop {
 
   // Until none is over any more and all that can start have started.
   void StartAndFinish();
-  // Moves the requests that are over from requests_ to the result; starts those before the first of
-  // them that can start. Not those after it: they may put cloths elsewhere, or move their grips, of
-  // which the ones that are over have yet to tell (Finish).
+  // Moves the requests that are over from requests_ to the result; starts those that can start.
+  // What is over with an answer keeps its turns until that is made (Finish): the next one may put
+  // the cloths elsewhere, or move their grips.
   std::vector<RequestPointer> StartAndEnd();
   // Ends the request if nobody waits for it any longer, or if it would wait in vain.
   void EndIfPointless(ActiveRequest& request, int64_t now_us,

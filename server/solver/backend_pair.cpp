@@ -234,10 +234,14 @@ class BackendPair final : public DeviceBackend {
         std::move(begun), drape::BeginRead(*second_, of_second), std::move(rows));
   }
 
-  bool IsReadyToTell(ClothHandle handle, bool impulses) override {
+  bool IsReadyToMeasure() override {
+    return first_->device() == nullptr || first_->device()->IsReadyToMeasure();
+  }
+
+  bool IsReadyToTellImpulses(ClothHandle handle) override {
     const Cloth& cloth = cloths_.at(handle);
     DeviceBackend* const device = Home(cloth.is_second).device();
-    return device == nullptr || device->IsReadyToTell(cloth.inner, impulses);
+    return device == nullptr || device->IsReadyToTellImpulses(cloth.inner);
   }
 
   std::shared_ptr<DeviceCopy> CopyOnDevice(const ReadRequest& request) override {

@@ -42,10 +42,11 @@ class DeviceBackend : public Backend {
   // device; `meanwhile` may take pending reads and must not call the backend otherwise.
   virtual BatchReport StepAhead(std::span<const StepItem> items,
                                 const std::function<void()>& meanwhile) = 0;
-  // Whether a step can measure the cloth at once, and with `impulses` tell those. False: what that
+  // Whether steps can measure cloths at once, and tell the impulses of this one. False: what that
   // takes is being made beside the device thread, since the first call; ask again. A step that does
   // not wait for it makes it itself, which may take seconds.
-  virtual bool IsReadyToTell(ClothHandle /*cloth*/, bool /*impulses*/) { return true; }
+  virtual bool IsReadyToMeasure() { return true; }
+  virtual bool IsReadyToTellImpulses(ClothHandle /*cloth*/) { return true; }
   // The states that Read would return now, whatever is stepped, written or destroyed before they
   // are taken.
   virtual std::unique_ptr<PendingRead> BeginRead(const ReadRequest& request) = 0;

@@ -116,8 +116,8 @@ TEST(FloatModelCacheTest, ThreadsThatComeTogetherGetTheSame) {
   }
 }
 
-TEST(SharedPartsTest, AreThereAsLongAsTheyAreHeld) {
-  SharedParts parts;
+TEST(PartsOfModelsTest, AreThereAsLongAsTheyAreHeld) {
+  PartsOfModels parts;
   const auto model = HeldAt({3});
   ClothParameters parameters;
   parameters.self_collision.emplace();

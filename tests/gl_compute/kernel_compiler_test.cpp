@@ -5,6 +5,7 @@
 
 #include <atomic>
 #include <chrono>
+#include <functional>
 #include <thread>
 #include <vector>
 
@@ -82,26 +83,26 @@ TEST(KernelCompilerTest, KernelsThatTellAreCompiledBesideTheDeviceThread) {
   const std::unique_ptr<Backend> backend = MakeGlBackend();
   const ClothHandle cloth = CreateCloth(*backend, GridModel(5, 5, {0}));
   StepCloth(*backend, cloth);
-  const auto step_until_ready = [&](bool impulses) {
+  DeviceBackend& device = *backend->device();
+  const auto steps_until = [&](const std::function<bool()>& is_ready) {
     uint32_t steps = 0;
     const auto limit = std::chrono::steady_clock::now() + std::chrono::minutes(2);
-    while (!backend->device()->IsReadyToTell(cloth, impulses) &&
-           std::chrono::steady_clock::now() < limit) {
+    while (!is_ready() && std::chrono::steady_clock::now() < limit) {
       EXPECT_EQ(StepCloth(*backend, cloth).fault, FaultReason::kNone);
       ++steps;
     }
-    EXPECT_TRUE(backend->device()->IsReadyToTell(cloth, impulses));
+    EXPECT_TRUE(is_ready());
     return steps;
   };
-  EXPECT_GT(step_until_ready(false), 0u) << "nobody has asked yet";
-  EXPECT_GT(step_until_ready(true), 0u);
+  EXPECT_GT(steps_until([&] { return device.IsReadyToMeasure(); }), 0u) << "nobody has asked yet";
+  EXPECT_GT(steps_until([&] { return device.IsReadyToTellImpulses(cloth); }), 0u);
   StepItem item;
   item.cloth = cloth;
   item.measure = item.impulses = true;
   const BatchReport report = backend->Step({&item, 1});
   EXPECT_GT(report.reports[0].measured.kinetic_energy_j, 0);
   EXPECT_NE(report.reports[0].impulses, nullptr);
-  EXPECT_TRUE(backend->device()->IsReadyToTell(cloth, true));
+  EXPECT_TRUE(device.IsReadyToTellImpulses(cloth));
 }
 
 TEST(KernelCompilerTest, NothingIsCompiledOnceItHasStopped) {

@@ -64,7 +64,10 @@ class FakeDevice {
   void RunAhead() {
     Locked([&] { runs_ahead_ = true; });
   }
-  // What telling impulses takes is made, or not yet. As IsReadyToTell.
+  // What measuring cloths, and telling impulses, takes is made, or not yet.
+  void SetReadyToMeasure(bool is_ready) {
+    Locked([&] { is_ready_to_measure_ = is_ready; });
+  }
   void SetReadyToTell(bool is_ready) {
     Locked([&] { is_ready_to_tell_ = is_ready; });
   }
@@ -133,6 +136,7 @@ class FakeDevice {
   size_t writes_to_fail_ = 0;  // then
   std::vector<ClothHandle> faults_;
   bool runs_ahead_ = false;
+  bool is_ready_to_measure_ = true;
   bool is_ready_to_tell_ = true;
   std::function<void()> on_step_;
   std::function<void(ClothHandle)> on_item_;
@@ -263,7 +267,11 @@ class FakeBackend final : public DeviceBackend {
     return columns;
   }
 
-  bool IsReadyToTell(ClothHandle handle, bool /*impulses*/) override {
+  bool IsReadyToMeasure() override {
+    CheckThread();
+    return device_->Locked([&] { return device_->is_ready_to_measure_; });
+  }
+  bool IsReadyToTellImpulses(ClothHandle handle) override {
     CheckThread();
     DRAPE_CHECK(cloths_.contains(handle), "the cloth exists");
     return device_->Locked([&] { return device_->is_ready_to_tell_; });

@@ -1,4 +1,4 @@
-// Requests that wait for what their device compiles (DeviceBackend::IsReadyToTell).
+// Requests that wait for what their device compiles (DeviceBackend::IsReadyToMeasure).
 #include <gtest/gtest.h>
 
 #include <optional>
@@ -34,7 +34,7 @@ TEST_F(KernelsToComeTest, WhoWaitsForKernelsHoldsUpNobodyElse) {
 
 TEST_F(KernelsToComeTest, WhoWaitsForKernelsMayGiveUp) {
   const auto a = Cloth();
-  device_->SetReadyToTell(false);
+  device_->SetReadyToMeasure(false);
   StepWork asks = Work("asks", {a});
   asks.report = true;
   asks.deadline_us = clock_.NowUs() + 5000;

@@ -483,7 +483,7 @@ class CpuBackend final : public Backend {
   const uint32_t lane_count_;  // 1: every cloth is stepped alone
   const bool leaves_out_colliders_;
   std::vector<ThreadScratch> scratch_;  // one per thread of the arena
-  const std::shared_ptr<SharedParts> made_ = std::make_shared<SharedParts>();
+  const std::shared_ptr<PartsOfModels> made_ = std::make_shared<PartsOfModels>();
   ClothSlots<Cloth> cloths_;
 };
 

@@ -107,7 +107,7 @@ void SetScheme(Cloth& cloth) {
       std::make_shared<const Scheme>(*cloth.model, cloth.parameters, cloth.own_lengths.has_value());
 }
 
-void SetSurfaces(Cloth& cloth, SharedParts& made) {
+void SetSurfaces(Cloth& cloth, PartsOfModels& made) {
   const FloatControls& controls = cloth.scheme->controls;
   const bool has_parts = controls.plan.solver.has_surface_contacts;
   const std::shared_ptr<const SceneModel>& model = cloth.model->source;
@@ -115,7 +115,7 @@ void SetSurfaces(Cloth& cloth, SharedParts& made) {
   cloth.contact_surface = controls.touches_itself ? made.surfaces.Get(model) : nullptr;
 }
 
-std::shared_ptr<const void> SharedParts::ForCloth(const std::shared_ptr<const SceneModel>& model,
+std::shared_ptr<const void> PartsOfModels::ForCloth(const std::shared_ptr<const SceneModel>& model,
                                                   const ClothParameters& parameters) {
   auto cloth = std::make_shared<Cloth>();
   cloth->model = models.Get(model);

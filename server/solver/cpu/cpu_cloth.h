@@ -37,7 +37,7 @@ struct Scheme {
 };
 
 // What cloths of the same model share. Thread-safe.
-struct SharedParts {
+struct PartsOfModels {
   // All that a cloth with these parameters takes from here, as long as the result is held.
   std::shared_ptr<const void> ForCloth(const std::shared_ptr<const SceneModel>& model,
                                        const ClothParameters& parameters);
@@ -81,7 +81,7 @@ void Append(const std::vector<Vec4>& values, uint32_t particle_count,
 // Sets its scheme. Another object each time.
 void SetScheme(Cloth& cloth);
 // After its scheme: what of it touches itself, and colliders.
-void SetSurfaces(Cloth& cloth, SharedParts& made);
+void SetSurfaces(Cloth& cloth, PartsOfModels& made);
 
 // Empty: none.
 std::optional<OwnLengths> ToOwnLengths(std::span<const double> rest_lengths_m,

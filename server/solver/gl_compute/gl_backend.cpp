@@ -75,9 +75,10 @@ class GlBackend final : public DeviceBackend {
   void AbandonStep(ClothHandle handle) override;
   bool RunsAhead() const override { return device_.runs_ahead; }
   StateColumns Read(const ReadRequest& request) override { return BeginRead(request)->Take(); }
-  bool IsReadyToTell(ClothHandle handle, bool impulses) override {
-    return compiler_->AreOthersReady() &&
-           (!impulses || compiler_->IsCompiled(VariantThatTells(cloths_.Find(handle))));
+  bool IsReadyToMeasure() override { return compiler_->AreOthersReady(); }
+  bool IsReadyToTellImpulses(ClothHandle handle) override {
+    const GlCloth& cloth = cloths_.Find(handle);
+    return cloth.impulses.is_made() || compiler_->IsCompiled(VariantThatTells(cloth));
   }
   std::unique_ptr<PendingRead> BeginRead(const ReadRequest& request) override;
   std::shared_ptr<DeviceCopy> CopyOnDevice(const ReadRequest& request) override;

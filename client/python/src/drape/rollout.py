@@ -25,7 +25,7 @@ def rollout(self, nstep: int, *, steps: int = 1, ids=None, pins=None, pin_target
     another one than in the row before, and the stream pauses there. Without it grips hold what they hold. constraints:
     [k] and rest_lengths: [m, nstep, k]; rest_length_scales: [m, nstep]. restarts: bool[m, nstep], which cloths start
     again before the row, as by `restart`, with restart_transforms [m, nstep, 7], or from what `save` kept by the name
-    restart_to; there, too, the stream pauses. view as in `step`. out: arrays of an earlier call, to be filled again.
+    restart_to. view as in `step`. out: arrays of an earlier call, to be filled again.
     progress: show a bar (extra `progress`).
     Returns a dict: what the view asks for, e.g. "positions" [m, nstep, particles, 3] or "coverage" [m, nstep] (see
     `Answer`), "step_count", "time_s" and "faulted" [m, nstep].
@@ -102,10 +102,8 @@ class _Plan:
         self._over_s = self._steps * np.array([[cloth.settings.time_step_s] for cloth in found.values()])
 
     def needs_states(self, row):
-        """Whether all answers have to be there before this row: to know where particles are, or because the next one
-        takes the states away."""
-        return (self._grabs is not None and self._grabs[:, row].any()) or (
-            self._restarts is not None and self._restarts[:, row].any())
+        """Whether all answers have to be there before this row: to know where the particles are that it grabs."""
+        return self._grabs is not None and self._grabs[:, row].any()
 
     def prepare(self, row):
         """Sets the controls of a row."""
