@@ -116,7 +116,7 @@ void SetSurfaces(Cloth& cloth, PartsOfModels& made) {
 }
 
 std::shared_ptr<const void> PartsOfModels::ForCloth(const std::shared_ptr<const SceneModel>& model,
-                                                  const ClothParameters& parameters) {
+                                                    const ClothParameters& parameters) {
   auto cloth = std::make_shared<Cloth>();
   cloth->model = models.Get(model);
   cloth->parameters = parameters;

@@ -1,6 +1,6 @@
-// burst ADDRESS CLOTHS CALLS POSITIONS MALLOPT: what client.py measures, by the C++ client: so many
-// Step requests of so many sheets of 32×32, one cheap sweep each, with positions or empty. Prints
-// one line of JSON: wall times and CPU time.
+// burst ADDRESS SIDE CLOTHS CALLS POSITIONS MALLOPT: what client.py measures, by the C++ client: so
+// many Step requests of so many sheets of SIDE×SIDE, one cheap sweep each, with positions or
+// acknowledged only. Prints one line of JSON: wall times and CPU time.
 #include <sys/resource.h>
 
 #include <chrono>
@@ -20,14 +20,14 @@ double CpuS() {
          1e-6 * static_cast<double>(usage.ru_utime.tv_usec + usage.ru_stime.tv_usec);
 }
 
-drape::v1::ClothSpec CheapSheet() {
+drape::v1::ClothSpec CheapSheet(uint32_t side) {
   drape::v1::ClothSpec spec;
-  spec.mutable_grid()->set_columns(32);
-  spec.mutable_grid()->set_rows(32);
+  spec.mutable_grid()->set_columns(side);
+  spec.mutable_grid()->set_rows(side);
   spec.mutable_grid()->set_width_m(1);
   spec.mutable_grid()->set_height_m(1);
   spec.add_pins()->set_particle(0);
-  spec.add_pins()->set_particle(31);
+  spec.add_pins()->set_particle(side - 1);
   spec.mutable_settings()->set_substeps(1);
   spec.mutable_settings()->set_max_iterations(1);
   return spec;
@@ -36,16 +36,17 @@ drape::v1::ClothSpec CheapSheet() {
 }  // namespace
 
 int main(int argc, char** argv) {
-  if (argc != 6) return 2;
-  const auto cloths = static_cast<uint32_t>(std::atoi(argv[2]));
-  const int calls = std::atoi(argv[3]);
-  const bool has_positions = std::atoi(argv[4]) != 0;
+  if (argc != 7) return 2;
+  const auto side = static_cast<uint32_t>(std::atoi(argv[2]));
+  const auto cloths = static_cast<uint32_t>(std::atoi(argv[3]));
+  const int calls = std::atoi(argv[4]);
+  const bool has_positions = std::atoi(argv[5]) != 0;
   // By default the library lets the heap keep what answers free.
-  if (std::atoi(argv[5]) == 0) setenv("DRAPE_MALLOPT", "0", 1);
+  if (std::atoi(argv[6]) == 0) setenv("DRAPE_MALLOPT", "0", 1);
   try {
     const drape::Client client = drape::Client::Connect(argv[1]);
     drape::Session session = client.CreateSession();
-    const std::vector<drape::ClothId> ids = session.CreateCloths(CheapSheet(), cloths);
+    const std::vector<drape::ClothId> ids = session.CreateCloths(CheapSheet(side), cloths);
     std::vector<double> wall_ms;
     double cpu_begin_s = 0;
     double sum = 0;  // the states are read

@@ -33,7 +33,9 @@ PEERS_PYTHON = ROOT / "build/peers-environment/bin/python"
 CPP = os.environ.get("DRAPE_BURST", ROOT / "build/release/bin/drape_burst")
 PYTHON_SIDE = pathlib.Path(__file__).with_name("python_client.py")
 # name, cloths, positions, calls per round
-CASES = [("empty Step", 1, False, 400), ("64 x 1024, positions", 64, True, 200), ("1000 x 1024, positions", 1000, True, 20)]
+# Name, particles along an edge, cloths, whether with positions, calls.
+CASES = [("empty Step", 2, 1, False, 1000), ("1 x 1024, acknowledged", SIDE, 1, False, 400),
+         ("64 x 1024, positions", SIDE, 64, True, 200), ("1000 x 1024, positions", SIDE, 1000, True, 20)]
 ROUNDS = 5
 ENVS, ACTIONS = 64, 12
 TILE_PX = 128
@@ -45,16 +47,16 @@ def server_cpu_s(pid):
     return (int(fields[11]) + int(fields[12])) * TICK_S
 
 
-def by_python(client, cloths, has_positions, calls, mallopt):
+def by_python(client, mallopt, *request):
     environment = {**os.environ, "DRAPE_MALLOPT": str(int(mallopt))}
-    done = subprocess.run([sys.executable, "-B", PYTHON_SIDE, client.address, str(cloths), str(calls), str(int(has_positions))],
+    done = subprocess.run([sys.executable, "-B", PYTHON_SIDE, client.address, *(str(int(value)) for value in request)],
                           check=True, capture_output=True, text=True, env=environment)
     found = json.loads(done.stdout)
     return found["wall_ms"], found["cpu_ms"]
 
 
-def by_cpp(client, cloths, has_positions, calls, mallopt):
-    done = subprocess.run([CPP, client.address, str(cloths), str(calls), str(int(has_positions)), str(int(mallopt))],
+def by_cpp(client, mallopt, *request):
+    done = subprocess.run([CPP, client.address, *(str(int(value)) for value in request), str(int(mallopt))],
                           check=True, capture_output=True, text=True)
     found = json.loads(done.stdout)
     return found["wall_ms"], found["cpu_ms"]
@@ -64,15 +66,16 @@ def compare(client, is_quick, wanted=""):
     """Rows of the clients: every case whose name begins so by the clients in turn, ROUNDS times, each time in a process of
     its own."""
     rows = []
-    for name, cloths, has_positions, calls in CASES:
+    for name, side, cloths, has_positions, calls in CASES:
         if not name.startswith(wanted):
             continue
         calls = max(10, calls // 20) if is_quick else calls
+        request = side, cloths, calls, has_positions
         contestants = {
-            "Python": lambda: by_python(client, cloths, has_positions, calls, True),
-            "Python, DRAPE_MALLOPT=0": lambda: by_python(client, cloths, has_positions, calls, False),
-            "C++": lambda: by_cpp(client, cloths, has_positions, calls, False),
-            "C++, mallopt": lambda: by_cpp(client, cloths, has_positions, calls, True)}
+            "Python": lambda: by_python(client, True, *request),
+            "Python, DRAPE_MALLOPT=0": lambda: by_python(client, False, *request),
+            "C++": lambda: by_cpp(client, False, *request),
+            "C++, mallopt": lambda: by_cpp(client, True, *request)}
         walls, cpus = {key: [] for key in contestants}, {key: [] for key in contestants}
         for _ in range(1 if is_quick else ROUNDS):
             for key, run in contestants.items():

@@ -1,7 +1,7 @@
 """The Python client's side of client.py, a process of its own, as that of C++ is (burst.cpp): the allocator's settings are
 those of a process. Its arguments are those of burst.cpp, but for the last.
 
-python_client.py ADDRESS CLOTHS CALLS HAS_POSITIONS
+python_client.py ADDRESS SIDE CLOTHS CALLS HAS_POSITIONS
 """
 
 import json
@@ -15,9 +15,9 @@ from drape import ClothSpec, Grid, Pin, StepSettings
 SIDE = 32
 
 
-def sheet():
+def sheet(side=SIDE):
     """As in burst.cpp: one cheap sweep, so that the client counts."""
-    return ClothSpec(grid=Grid(columns=SIDE, rows=SIDE, width_m=1, height_m=1), pins=[Pin(particle=0), Pin(particle=31)],
+    return ClothSpec(grid=Grid(columns=side, rows=side, width_m=1, height_m=1), pins=[Pin(particle=0), Pin(particle=side - 1)],
                      settings=StepSettings(substeps=1, max_iterations=1))
 
 
@@ -26,10 +26,10 @@ def cpu_s():
     return usage.ru_utime + usage.ru_stime
 
 
-def measure(address, cloths, calls, has_positions):
+def measure(address, side, cloths, calls, has_positions):
     """Wall times of the calls, and CPU time of this process in one [ms]."""
     with drape.connect(address) as client, client.session() as session:
-        batch = session.create(sheet(), cloths)
+        batch = session.create(sheet(side), cloths)
         view = drape.POSITIONS if has_positions else None
         walls, total = [], 0.0
         for call in range(-calls // 10, calls):
@@ -45,4 +45,4 @@ def measure(address, cloths, calls, has_positions):
 
 
 if __name__ == "__main__":
-    print(json.dumps(measure(sys.argv[1], *(int(value) for value in sys.argv[2:5]))))
+    print(json.dumps(measure(sys.argv[1], *(int(value) for value in sys.argv[2:6]))))
