@@ -17,6 +17,11 @@ bool IsCommand(const CLI::App& app, const std::string& name) {
                      [&](const CLI::App* command) { return command->get_name() == name; });
 }
 
+// As draped: CLI11 would take the next argument as the value, a flag perhaps.
+bool LacksValue(const std::string& argument) {
+  return argument.starts_with("--") && argument.ends_with('=');
+}
+
 // " run, demo, ..."
 std::string Names(const CLI::App& app) {
   std::string names;
@@ -43,6 +48,12 @@ int Main(int argc, const char* const* argv) {
   }
   if (argc > 1 && argv[1][0] != '-' && !IsCommand(app, argv[1])) {
     std::cerr << "drape: unknown command \"" << argv[1] << "\"; legal:" << Names(app) << "\n";
+    return kUsage;
+  }
+  const char* const* const end = argv + argc;
+  if (const auto lacking = std::find_if(argv + std::min(1, argc), end, LacksValue);
+      lacking != end) {
+    std::cerr << "drape: " << *lacking << " has no value; leave the flag out\n";
     return kUsage;
   }
   try {

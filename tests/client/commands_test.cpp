@@ -283,6 +283,9 @@ TEST_F(CommandsTest, EveryCommandHasHelpAndUsageErrors) {
   EXPECT_EQ(RunProgram("drape", {"step", "--session=s"}).exit_code, 2) << "--server is required";
   EXPECT_EQ(RunProgram("drape", {"info", "--server=127.0.0.1:1", "--tries=0"}).exit_code, 2);
   EXPECT_EQ(RunProgram("drape", {"info", "--tries=1"}).exit_code, 2) << "of a private server";
+  const Outcome lacking = RunProgram("drape", {"info", "--server=", "--tries=1"});
+  EXPECT_EQ(lacking.exit_code, 2);
+  EXPECT_THAT(lacking.err, HasSubstr("--server= has no value"));
 }
 
 TEST_F(CommandsTest, DemoPrintsATableAndNamesItsFiles) {
