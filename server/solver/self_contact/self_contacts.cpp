@@ -138,11 +138,10 @@ void SelfContacts<V>::Search(std::span<const V> positions, std::span<const V> ve
   const uint32_t planned = std::max(1u, static_cast<uint32_t>(wanted));
   since_search_ = 0;
   // Where nothing touches in the whole step there is nothing else to do in it.
-  const bool is_whole = rest == numbers_.substeps;
-  if (!is_whole || wanted * static_cast<Real>(kWholeStep) < static_cast<Real>(rest) ||
-      !FindPatches(rest)) {
-    if (!is_whole || planned < rest) FindPatches(planned);
-  }
+  const bool tries_all = rest == numbers_.substeps &&
+                         wanted * static_cast<Real>(kWholeStep) >= static_cast<Real>(rest);
+  const bool finds_nothing = tries_all && FindPatches(rest);
+  if (!finds_nothing && !(tries_all && planned == rest)) FindPatches(planned);
   has_found_nothing_ &= has_all_patches_ && patch_pairs_.empty() && substeps_left_ == rest;
   if (!has_all_patches_) patch_pairs_.clear();
   const std::span<const uint32_t> places = lists_.Replace(patch_pairs_);
