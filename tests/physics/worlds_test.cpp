@@ -159,6 +159,39 @@ TEST_P(Worlds, TwoFreeSheetsThatCollideKeepTheirMomentumAndGainNoEnergy) {
   }
 }
 
+// In a step of few substeps, up to the whole way of a frame in one: what flies by several cells in
+// a substep is looked for no less.
+TEST_P(Worlds, FastSheetsDoNotPassThroughEachOtherInFewSubsteps) {
+  constexpr uint32_t kSide = 9, kSteps = 4;  // they meet within two
+  for (uint32_t seed = 1; seed <= 24; ++seed) {
+    std::mt19937 random(seed);
+    const auto between = [&](double low, double high) {
+      return std::uniform_real_distribution<double>(low, high)(random);
+    };
+    Scene one = Grid(kSide, kSide, 0.4, 0.4), other = MeshedGrid(kSide - 1, kSide - 1, 0.35, 0.35);
+    const double speed = std::exp(between(std::log(1.0), std::log(60.0)));
+    for (Scene* const scene : {&one, &other}) {
+      Touch(*scene, between(0, 0.5), 1 + seed % 4 % 3);
+      TouchItself(*scene);
+      scene->parameters.settings.max_iterations = 1 + seed % 4;
+      scene->parameters.gravity_m_per_s2.setZero();
+    }
+    Turn(other, between(-0.05, 0.05), {between(-1, 1), 0.1, between(-1, 1)});
+    Shake(one, seed);
+    const double ahead = between(0.2, 2) * speed / 60;  // of when they meet
+    Move(one, {0, 0, 0}, {0, speed, 0});
+    Move(other, {between(0, 0.05), 0.03 + ahead, between(0, 0.05)}, {0, -speed / 2, 0});
+    SCOPED_TRACE(seed);
+    ClothWorld world(backend(), 1, {one, other});
+    StepWithoutCrossing(world, kSteps);
+    // Their middles are on the same sides as before; rims fly on and wrap around the other.
+    const auto middle = [&](size_t cloth, uint32_t side) {
+      return world.State(cloth).positions_m[side / 2 * side + side / 2].y();
+    };
+    EXPECT_LT(middle(0, kSide), middle(1, kSide - 1));
+  }
+}
+
 // A sheet on a pinned one, on a slope whose tangent is a little below or above a coefficient. That
 // of the pair is the geometric mean.
 struct Slope {
