@@ -105,7 +105,7 @@ TEST_P(ImpulseCalls, AGripOpensAboveItsLargestForce) {
     return request;
   };
   v1::StepResponse answer = Step(*stub_, grabbing(0, 600));
-  ASSERT_EQ(answer.grips().particles(0), 0);
+  ASSERT_THAT(answer.grips().particles(), ElementsAre(0));
   // What still swings after ten seconds has fallen by e^-25; one step has c h / 2 of the weight as
   // damping (method.md), 1 %.
   ASSERT_NEAR(answer.grips().impulses_n_s(1) * -60, weight_n, 0.012 * weight_n);
