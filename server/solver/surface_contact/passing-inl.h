@@ -13,6 +13,7 @@ namespace drape::surface_contact {
 template <class V>
 void SurfaceContacts<V>::FindPassing(SolidState& solid, std::span<const V> positions) {
   const PlacedSolid<V>& placed = solid.placed;
+  solid.sides.resize(positions.size());
   for (size_t k = 0; k < solid.near.size(); ++k) {
     if (solid.travel + solid.expected < solid.near_travels[k]) continue;
     const uint32_t i = solid.near[k];
@@ -29,6 +30,17 @@ void SurfaceContacts<V>::FindPassing(SolidState& solid, std::span<const V> posit
     contact.has_plane = at.gap < 0;
     contact.normal = at.normal;
     contact.level = self_contact::Dot(at.normal, start) - at.gap;
+    // What other contacts have moved beyond the middle since goes back.
+    V& side = solid.sides[i];
+    contact.has_slipped =
+        contact.has_plane && placed.solid().is_convex() && self_contact::Dot(at.normal, side) < 0;
+    if (contact.has_slipped) {
+      contact.normal = side;
+      contact.level =
+          self_contact::Dot(side, placed.solid().Farthest(side)) + placed.solid().offset();
+    } else {
+      side = at.normal;
+    }
     solid.passing.push_back(contact);
   }
   if (!placed.solid().is_convex()) return;

@@ -178,6 +178,8 @@ void SurfaceContacts<V>::SetUp(Contact& contact, const V& place) const {
   const double recovery_m_per_s =
       contact.count == 1 ? kMaxDepenetrationSpeed_m_per_s : kRecovery_m_per_s;
   contact.floor = std::min(contact.gap + static_cast<Real>(recovery_m_per_s) * h, Real{0});
+  // At once: before the particle's own contact pushes it on.
+  if (contact.has_slipped) contact.floor = 0;
   // What lies on the surface, to rounding, is moved by its way alone, which has all its digits.
   const Real rounding = static_cast<Real>(kTouchRoundOffs / 2) *
                         std::numeric_limits<Real>::epsilon() *

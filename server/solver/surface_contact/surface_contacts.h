@@ -48,10 +48,11 @@ struct SurfaceContact {
   std::array<Real, 3> weights{};
   Real inverse_mass = 0;  // of the point [1/kg]
   bool has_plane = false;
-  bool is_passing = false;  // its plane is where it meets the solid on its way
-  uint32_t found_in = 0;    // substep in which the plane was found
-  Real found_at = 0;        // travel then [m]
-  V velocity{};             // of the point when the substep starts [m/s]
+  bool has_slipped = false;  // beyond the middle of the solid since the last substep
+  bool is_passing = false;   // its plane is where it meets the solid on its way
+  uint32_t found_in = 0;     // substep in which the plane was found
+  Real found_at = 0;         // travel then [m]
+  V velocity{};              // of the point when the substep starts [m/s]
   // Of the substep.
   V push_along{};           // the normal where the substep ends
   V surface_way{};          // of the surface's point that is there when it starts [m]
@@ -114,7 +115,8 @@ class SurfaceContacts {
     std::vector<uint32_t> wake_substeps{};
     std::vector<uint32_t> near{};      // particles that may come near
     std::vector<Real> near_travels{};  // of these: looked at when it has come [m]
-    std::vector<Contact> passing{};    // what may get across within a substep; particles first
+    std::vector<V> sides{};  // [particle_count] where each was outwards last in this step, or 0
+    std::vector<Contact> passing{};  // what may get across within a substep; particles first
     bool needs_search = true;
     uint32_t searched_in = 0;          // substep
     std::vector<V> found_positions{};  // of the search
