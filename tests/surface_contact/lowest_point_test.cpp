@@ -273,5 +273,46 @@ TYPED_TEST(LowestPointTest, APathMeetsWhereItFirstGoesIn) {
   EXPECT_GT(meets, 500);
 }
 
+// Where the inside of an edge meets a solid on its way, against trying it time by time. What it
+// slides along it may miss between two looks, but hardly ever.
+TYPED_TEST(LowestPointTest, AnEdgeMeetsWhereItFirstTouches) {
+  using Scalar = ScalarOf<TypeParam>;
+  constexpr Scalar kLeast = 1e-4f;
+  constexpr int kTimes = 300;
+  RandomSolids random(8);
+  int meets = 0, missed = 0;
+  for (int k = 0; k < 600; ++k) {
+    for (const ShapeKind kind : kConvexKinds) {
+      const Collider collider = random.Convex(kind);
+      const Solid<TypeParam> solid(collider, kThickness_m);
+      std::array<TypeParam, 2> starts, ends;
+      for (TypeParam& x : starts) x = ToVector<TypeParam>(random.Point(0.6));
+      for (TypeParam& x : ends) x = ToVector<TypeParam>(random.Point(0.6));
+      const auto at = [&](Scalar along) {
+        return LowestOnEdge(solid, TypeParam(starts[0] + along * (ends[0] - starts[0])),
+                            TypeParam(starts[1] + along * (ends[1] - starts[1])), kLeast);
+      };
+      const LowestPoint<TypeParam> first = at(0);
+      if (first.gap <= 0) continue;
+      bool touches = false, is_deep = false;
+      for (int t = 0; t <= kTimes; ++t) {
+        const LowestPoint<TypeParam> lowest = at(static_cast<Scalar>(t) / kTimes);
+        touches |= lowest.is_inside && lowest.gap <= Scalar{0.01f};
+        is_deep |= lowest.is_inside && lowest.gap < Scalar{-0.02f};
+      }
+      LowestPoint<TypeParam> lowest;
+      const bool is_met = MeetsEdge<TypeParam>(solid, starts, ends, kLeast, lowest);
+      EXPECT_FALSE(is_met && !touches) << k;
+      missed += is_deep && !is_met;
+      meets += is_met;
+      if (is_met) {
+        EXPECT_LE(lowest.gap, kLeast);
+      }
+    }
+  }
+  EXPECT_GT(meets, 200);
+  EXPECT_LE(100 * missed, meets);
+}
+
 }  // namespace
 }  // namespace drape::surface_contact

@@ -18,6 +18,17 @@ inline constexpr double kPlaneTravel = 0.02;
 // fastest one in the last substep, and what gravity adds [-]. Larger: more is looked at; smaller:
 // what is thrown is found a substep late.
 inline constexpr double kWayMargin = 2;
+// Particles are followed on their way past a solid if they may go farther within a substep than
+// this share of half of its smallest width [-]. Larger: what is pulled farther than expected gets
+// across; smaller: time.
+inline constexpr double kThinShare = 0.5;
+// An edge that turns on while it is stopped may meet the solid elsewhere: it is stopped up to so
+// many times in a sweep. More: time; fewer: bars get through folds.
+inline constexpr int kMeetings = 3;
+// What folds around something thin is pushed from both sides, each time by what the other side has
+// pushed: where something may get across, contacts are solved up to so many times in a sweep.
+// More: time; fewer: the folds close over bars.
+inline constexpr int kPasses = 8;
 // A search allows for this many times the way of the fastest particle in free fall until the end of
 // the step [-], and for this share of a typical edge [-]. Larger: more candidates; smaller: more
 // searches.

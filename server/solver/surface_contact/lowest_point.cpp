@@ -27,6 +27,10 @@ constexpr int kMostIntervals = 12;
 constexpr int kMapTries = 6;
 constexpr int kTriangleTries = 12;
 constexpr int kPathTries = 24;
+constexpr int kMapPathTries = 1000;
+// The shortest part of its way after which an edge is looked at again, beside what it slides along
+// [-]: more of them find what it meets there more exactly and take longer.
+constexpr int kWayTries = 32;
 
 // What is known of the distance along an edge, at a place on it.
 template <class V>
@@ -337,20 +341,42 @@ bool Meets(const Solid<V>& solid, const V& a, const V& b, V& place, V& normal) {
   const Real length = Length(d);
   if (!(length > 0)) return false;
   Real along = 0;
-  for (int k = 0; k < kPathTries; ++k) {
+  const bool is_convex = solid.is_convex();
+  for (int k = 0; k < (is_convex ? kPathTries : kMapPathTries); ++k) {
     place = a + along * d;
     const Gap<V> at = solid.At(place);
     normal = at.normal;
     if (at.gap < 0) return k > 0;
     const Real slope = Dot(normal, d);
-    if (slope >= 0) return false;  // convex: it only gets farther from here on
-    if (at.gap <= static_cast<Real>(1e-3) * length) {
+    // Convex: it only gets farther from here on.
+    if (slope >= 0 && (is_convex || !(at.gap > 0))) return false;
+    if (slope < 0 && at.gap <= static_cast<Real>(1e-3) * length) {
       place -= at.gap * normal;
       return true;
     }
-    // The tangent's zero is not behind the surface.
-    along += at.gap / -slope;
+    // The tangent's zero is not behind the surface if that is convex, else nothing is nearer than
+    // the gap.
+    along += is_convex ? at.gap / -slope : std::max(at.gap / length, static_cast<Real>(1e-3));
     if (along > 1) return false;
+  }
+  return false;
+}
+
+// Conservative advancement (Mirtich 1996): it goes on as far as no end may use up the gap.
+template <class V>
+bool MeetsEdge(const Solid<V>& solid, const std::array<V, 2>& starts, const std::array<V, 2>& ends,
+               ScalarOf<V> least, LowestPoint<V>& lowest) {
+  using Real = ScalarOf<V>;
+  const std::array<V, 2> ways{V(ends[0] - starts[0]), V(ends[1] - starts[1])};
+  const Real way = std::max(Length(ways[0]), Length(ways[1]));
+  if (!(way > 0)) return false;
+  Real along = 0;
+  while (along <= 1) {
+    lowest =
+        LowestOnEdge(solid, V(starts[0] + along * ways[0]), V(starts[1] + along * ways[1]), least);
+    if (lowest.is_inside && lowest.gap <= least) return along > 0 || lowest.gap > 0;
+    const Real free = std::max(lowest.gap, lowest.is_inside ? Real{0} : lowest.room);
+    along += std::max(free / way, Real{1} / Real{kWayTries});
   }
   return false;
 }
@@ -358,7 +384,9 @@ bool Meets(const Solid<V>& solid, const V& a, const V& b, V& place, V& normal) {
 #define DRAPE_LOWEST(V)                                                                            \
   template LowestPoint<V> LowestOnEdge(const Solid<V>&, const V&, const V&, ScalarOf<V>);          \
   template LowestPoint<V> LowestOnTriangle(const Solid<V>&, const std::array<V, 3>&, ScalarOf<V>); \
-  template bool Meets(const Solid<V>&, const V&, const V&, V&, V&)
+  template bool Meets(const Solid<V>&, const V&, const V&, V&, V&);                                \
+  template bool MeetsEdge(const Solid<V>&, const std::array<V, 2>&, const std::array<V, 2>&,       \
+                          ScalarOf<V>, LowestPoint<V>&)
 DRAPE_LOWEST(self_contact::Vector3f);
 DRAPE_LOWEST(self_contact::Vector3d);
 #undef DRAPE_LOWEST

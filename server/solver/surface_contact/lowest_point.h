@@ -31,10 +31,16 @@ template <class V>
 LowestPoint<V> LowestOnTriangle(const Solid<V>& solid, const std::array<V, 3>& corners,
                                 ScalarOf<V> least);
 
-// Of a point that goes from a to b, of a convex solid: the gap where it first meets the surface is
-// 0, with that normal there. False: it does not, or starts inside.
+// Of a point that goes from a to b: the gap where it first meets the surface is 0, with that normal
+// there. False: it does not, or starts inside.
 template <class V>
 bool Meets(const Solid<V>& solid, const V& a, const V& b, V& place, V& normal);
+
+// Of an edge whose ends go straight from `starts` to `ends`: where its inside first touches a
+// convex solid, to `least`. False: it does not, or starts inside.
+template <class V>
+bool MeetsEdge(const Solid<V>& solid, const std::array<V, 2>& starts, const std::array<V, 2>& ends,
+               ScalarOf<V> least, LowestPoint<V>& lowest);
 
 // Above round solids a triangle whose lowest point has a smaller barycentric coordinate is left to
 // its edges, which are hardly higher [-]. Larger: it sinks in there, by the square of that share of
@@ -54,7 +60,9 @@ inline constexpr double kOverlap = 0.005;
   extern template LowestPoint<V> LowestOnEdge(const Solid<V>&, const V&, const V&, ScalarOf<V>); \
   extern template LowestPoint<V> LowestOnTriangle(const Solid<V>&, const std::array<V, 3>&,      \
                                                   ScalarOf<V>);                                  \
-  extern template bool Meets(const Solid<V>&, const V&, const V&, V&, V&)
+  extern template bool Meets(const Solid<V>&, const V&, const V&, V&, V&);                       \
+  extern template bool MeetsEdge(const Solid<V>&, const std::array<V, 2>&,                       \
+                                 const std::array<V, 2>&, ScalarOf<V>, LowestPoint<V>&)
 DRAPE_EXTERN_LOWEST(self_contact::Vector3f);
 DRAPE_EXTERN_LOWEST(self_contact::Vector3d);
 #undef DRAPE_EXTERN_LOWEST

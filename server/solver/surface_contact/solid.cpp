@@ -58,6 +58,7 @@ Solid<V>::Solid(const Collider& collider, double thickness_m) : kind_(collider.k
     map_ = MapOf(collider);
     pose_ = collider.pose;
     cell_ = static_cast<Real>(map_->cell_m());
+    half_width_ = cell_ / 2;
   }
 }
 

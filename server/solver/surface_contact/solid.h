@@ -30,8 +30,8 @@ class Solid {
 
   ShapeKind kind() const { return kind_; }
   bool is_convex() const { return kind_ != ShapeKind::kDistanceMap; }
-  // Half of its smallest width: what moves farther within a substep may pass [m]; of a map 0: not
-  // known.
+  // Half of its smallest width: what moves farther within a substep may pass [m]; of a map half
+  // a cell: what is thinner is not in it.
   Real half_width() const { return half_width_; }
   // Of a distance map [m].
   Real cell() const { return cell_; }

@@ -7,6 +7,8 @@
 #include "server/solver/collider_contact.h"
 #include "server/solver/solver_constants.h"
 #include "server/solver/surface_contact/contact_numbers.h"
+#include "server/solver/surface_contact/passing-inl.h"
+#include "server/solver/surface_contact/surface_search-inl.h"
 
 namespace drape::surface_contact {
 namespace {
@@ -45,6 +47,7 @@ template <class V>
 void SurfaceContacts<V>::Find(std::span<const V> positions, std::span<const V> velocities) {
   ++substep_;
   active_.clear();
+  active_particles_.clear();
   has_starts_ = false;
   if (solids_.empty()) return;
   const auto h = static_cast<Real>(substep_s_);
@@ -59,141 +62,26 @@ void SurfaceContacts<V>::Find(std::span<const V> positions, std::span<const V> v
                           substep_ >= solid.wake_substeps[c];
       if (is_due) Look(solid, c, positions, velocities);
     }
-    has_starts_ |= !solid.candidates.empty();
+    has_starts_ |= solid.has_any();
+  }
+  const auto particles_begin = static_cast<std::ptrdiff_t>(active_.size());
+  // After all edges and triangles: what these push does not get across either.
+  for (SolidState& solid : solids_) {
     solid.passing.clear();
-    const bool may_pass =
-        solid.placed.solid().is_convex() &&
-        solid.expected > static_cast<Real>(kWayMargin / 2) * solid.placed.solid().half_width();
-    if (may_pass) FindPassing(solid, positions, velocities);
+    const Real thin = static_cast<Real>(kThinShare) * solid.placed.solid().half_width();
+    if (solid.expected > thin) FindPassing(solid, positions);
   }
-  has_starts_ |= !active_.empty();
-  if (has_starts_) starts_.assign(positions.begin(), positions.end());
-}
-
-// So that rounding of what is far from the origin does not count either.
-template <class V>
-ScalarOf<V> SurfaceContacts<V>::LeastDip(std::span<const V> positions) const {
-  Real farthest = 0;
-  for (const V& p : positions) farthest = std::max(farthest, LargestSize(p));
-  return std::max(
-      static_cast<Real>(kLeastDip) * numbers_.edge_length,
-      static_cast<Real>(kTouchRoundOffs) * std::numeric_limits<Real>::epsilon() * farthest);
-}
-
-template <class V>
-void SurfaceContacts<V>::Search(SolidState& solid, std::span<const V> positions,
-                                std::span<const V> velocities) {
-  solid.needs_search = false;
-  solid.searched_in = substep_;
-  solid.candidates.clear();
-  solid.wake_travels.clear();
-  solid.wake_substeps.clear();
-  solid.found_positions.assign(positions.begin(), positions.end());
-  self_contact::Box<V> box;
-  Real speed_sq = 0;
-  for (size_t i = 0; i < positions.size(); ++i) {
-    box.Add(positions[i]);
-    speed_sq = std::max(speed_sq, SquaredLength(velocities[i]));
-  }
-  const auto h = static_cast<Real>(substep_s_);
-  const Real rest = static_cast<Real>(numbers_.substeps - substep_ + 1) * h;
-  const Real speed = std::sqrt(speed_sq) + Length(numbers_.gravity) * rest;
-  const Real own_speed = solid.placed.SpeedWithin(
-      solid.placed.FarthestFromPivot(box.low, box.high) + static_cast<Real>(kReach) * speed * rest);
-  solid.own_way = own_speed * h;
-  solid.travel = 0;
-  solid.particle_way = std::sqrt(speed_sq) * h;
-  solid.reach = static_cast<Real>(kReach) * (speed + own_speed) * rest +
-                static_cast<Real>(kReachMargin) * numbers_.edge_length;
-  FindCandidates(solid, positions);
-}
-
-// Of a convex solid each tangent plane bounds the gap of all corners, of any the gap of a corner
-// less the way from there.
-template <class V>
-void SurfaceContacts<V>::FindCandidates(SolidState& solid, std::span<const V> positions) {
-  const Solid<V>& shape = solid.placed.solid();
-  const bool is_convex = shape.is_convex();
-  const auto longest = static_cast<Real>(kMostStretch * parts_->longest_m());
-  gaps_.resize(positions.size());
-  described_.resize(positions.size());
-  Real lowest = std::numeric_limits<Real>::max();
-  for (size_t i = 0; i < positions.size(); ++i) {
-    described_[i] = solid.placed.DescribedAtStart(positions[i]);
-    gaps_[i] = shape.At(described_[i]);
-    lowest = std::min(lowest, gaps_[i].gap);
-  }
-  if (lowest > solid.reach + longest) return;
-  const auto bound_of = [&](std::span<const uint32_t> corners) {
-    Real bound = std::numeric_limits<Real>::lowest();
-    for (const uint32_t i : corners) {
-      Real its = gaps_[i].gap;
-      for (const uint32_t j : corners) {
-        if (i == j) continue;
-        const V way = described_[j] - described_[i];
-        its = std::min(its, gaps_[i].gap + (is_convex ? Dot(gaps_[i].normal, way) : -Length(way)));
+  for (const bool are_particles : {true, false}) {
+    for (SolidState& solid : solids_) {
+      for (Contact& contact : solid.passing) {
+        if ((contact.count == 1) == are_particles) Activate(contact, positions, velocities);
       }
-      bound = std::max(bound, its);
-      if (bound > solid.reach) break;
     }
-    return bound;
-  };
-  const auto add = [&](std::span<const uint32_t> corners) {
-    bool is_near = false;
-    for (const uint32_t i : corners) is_near |= gaps_[i].gap <= solid.reach + longest;
-    if (!is_near) return;
-    const Real bound = bound_of(corners);
-    if (bound <= solid.reach) Add(solid, corners, bound);
-  };
-  for (const auto& triangle : parts_->triangles()) add(triangle);
-  for (const auto& edge : parts_->edges()) add(edge);
-}
-
-template <class V>
-void SurfaceContacts<V>::Add(SolidState& solid, std::span<const uint32_t> particles, Real bound) {
-  Contact contact;
-  contact.count = static_cast<uint32_t>(particles.size());
-  contact.solid = static_cast<uint32_t>(&solid - solids_.data());
-  Real inverse_mass = 0;
-  for (size_t k = 0; k < particles.size(); ++k) {
-    contact.particles[k] = particles[k];
-    inverse_mass += numbers_.inverse_masses[particles[k]];
+    if (are_particles) active_particles_.assign(active_.begin() + particles_begin, active_.end());
   }
-  if (inverse_mass == 0) return;
-  solid.candidates.push_back(contact);
-  solid.wake_travels.push_back(bound);
-  solid.wake_substeps.push_back(kNever);
-}
-
-// Particles that go so far within the substep that they may get to the other side.
-template <class V>
-void SurfaceContacts<V>::FindPassing(SolidState& solid, std::span<const V> positions,
-                                     std::span<const V> velocities) {
-  const PlacedSolid<V>& placed = solid.placed;
-  const auto h = static_cast<Real>(substep_s_);
-  const Real far = placed.solid().half_width() / 2;
-  const V fall = h * h * numbers_.gravity;
-  for (uint32_t i = 0; i < positions.size(); ++i) {
-    if (numbers_.inverse_masses[i] == 0) continue;
-    const V start = placed.DescribedAtStart(positions[i]);
-    const V end = placed.DescribedAtEnd(V(positions[i] + h * velocities[i] + fall));
-    const Real way_sq = SquaredLength(V(end - start));
-    if (!(way_sq > far * far)) continue;
-    const Gap<V> at = placed.solid().At(start);
-    if (at.gap < 0 || at.gap * at.gap > way_sq) continue;
-    V place{}, normal{};
-    if (!Meets(placed.solid(), start, end, place, normal)) continue;
-    Contact contact;
-    contact.count = 1;
-    contact.solid = static_cast<uint32_t>(&solid - solids_.data());
-    contact.particles[0] = i;
-    contact.weights[0] = 1;
-    contact.normal = normal;
-    contact.level = Dot(normal, place);
-    contact.has_plane = true;
-    solid.passing.push_back(contact);
-  }
-  for (Contact& contact : solid.passing) Activate(solid, contact, positions, velocities);
+  if (!has_starts_) return;
+  starts_.assign(positions.begin(), positions.end());
+  velocities_.assign(velocities.begin(), velocities.end());
 }
 
 template <class V>
@@ -227,7 +115,7 @@ void SurfaceContacts<V>::Look(SolidState& solid, size_t index, std::span<const V
     return;
   }
   solid.wake_travels[index] = std::numeric_limits<Real>::lowest();
-  Activate(solid, contact, positions, velocities);
+  Activate(contact, positions, velocities);
 }
 
 // False: it is not lowest inside; then it is known when to look again.
@@ -260,32 +148,44 @@ bool SurfaceContacts<V>::FindPlane(SolidState& solid, size_t index, std::span<co
 }
 
 template <class V>
-void SurfaceContacts<V>::Activate(const SolidState& solid, Contact& contact,
-                                  std::span<const V> positions, std::span<const V> velocities) {
-  const PlacedSolid<V>& placed = solid.placed;
-  const auto h = static_cast<Real>(substep_s_);
-  V place{}, velocity{};
+void SurfaceContacts<V>::Activate(Contact& contact, std::span<const V> positions,
+                                  std::span<const V> velocities) {
+  V place{};
+  contact.velocity = V{};
   contact.inverse_mass = 0;
   for (uint32_t k = 0; k < contact.count; ++k) {
     const uint32_t i = contact.particles[k];
     place += contact.weights[k] * positions[i];
-    velocity += contact.weights[k] * velocities[i];
+    contact.velocity += contact.weights[k] * velocities[i];
     contact.inverse_mass += contact.weights[k] * contact.weights[k] * numbers_.inverse_masses[i];
   }
-  if (!(contact.inverse_mass > 0)) return;
+  if (!(contact.inverse_mass > 0) && !contact.is_passing) return;
+  contact.push = 0;
+  contact.tangent = V{};
+  contact.given = contact.given_in_memory = V{};
+  if (contact.has_plane) SetUp(contact, place);
+  active_.push_back(&contact);
+}
+
+// What the substep needs of a plane; `place`: of the point when it starts.
+template <class V>
+void SurfaceContacts<V>::SetUp(Contact& contact, const V& place) const {
+  const PlacedSolid<V>& placed = solids_[contact.solid].placed;
+  const auto h = static_cast<Real>(substep_s_);
   contact.gap = Dot(contact.normal, placed.DescribedAtStart(place)) - contact.level;
   contact.push_along = placed.TurnedAtEnd(contact.normal);
   contact.surface_way = placed.WayOf(place);
-  contact.floor = std::min(contact.gap + static_cast<Real>(kRecovery_m_per_s) * h, Real{0});
+  const double recovery_m_per_s =
+      contact.count == 1 ? kMaxDepenetrationSpeed_m_per_s : kRecovery_m_per_s;
+  contact.floor = std::min(contact.gap + static_cast<Real>(recovery_m_per_s) * h, Real{0});
+  // At once: before the particle's own contact pushes it on.
+  if (contact.has_slipped) contact.floor = 0;
   // What lies on the surface, to rounding, is moved by its way alone, which has all its digits.
   const Real rounding = static_cast<Real>(kTouchRoundOffs / 2) *
                         std::numeric_limits<Real>::epsilon() *
                         (LargestSize(place) + std::abs(contact.level));
   if (std::abs(contact.gap) <= rounding) contact.gap = contact.floor = 0;
-  contact.push = 0;
-  contact.tangent = V{};
-  contact.given = contact.given_in_memory = V{};
-  const V relative = velocity - placed.VelocityAtStart(place);
+  const V relative = contact.velocity - placed.VelocityAtStart(place);
   const V normal = placed.TurnedAtStart(contact.normal);
   const Real approach = -Dot(relative, normal);
   contact.has_landed =
@@ -298,7 +198,6 @@ void SurfaceContacts<V>::Activate(const SolidState& solid, Contact& contact,
       contact.rebound = numbers_.restitution * arrival;
     }
   }
-  active_.push_back(&contact);
 }
 
 // Coulomb's law on accumulated impulses.
@@ -334,6 +233,22 @@ V SurfaceContacts<V>::WayOf(const Contact& contact, const V* base, const V* u,
 template <class V>
 bool SurfaceContacts<V>::SolveOne(Contact& contact, const V* base, V* u, Real interval,
                                   Real least_change) {
+  if (!contact.is_passing) return SolvePlane(contact, base, u, interval, least_change);
+  if (contact.count == 1) {
+    if (!contact.has_plane && !FindMeeting(contact, base, u, interval)) return false;
+    return SolvePlane(contact, base, u, interval, least_change);
+  }
+  bool has_changed = contact.has_plane && SolvePlane(contact, base, u, interval, least_change);
+  for (int k = 0; looks_on_ways_ && k < kMeetings && FindMeetingOfEdge(contact, base, u, interval);
+       ++k) {
+    has_changed |= SolvePlane(contact, base, u, interval, least_change);
+  }
+  return has_changed;
+}
+
+template <class V>
+bool SurfaceContacts<V>::SolvePlane(Contact& contact, const V* base, V* u, Real interval,
+                                    Real least_change) {
   const V& n = contact.push_along;
   const V way = WayOf(contact, base, u, interval);
   const Real error = contact.gap + Dot(n, way) - contact.floor;
@@ -372,8 +287,20 @@ bool SurfaceContacts<V>::SolveOne(Contact& contact, const V* base, V* u, Real in
 
 template <class V>
 bool SurfaceContacts<V>::Solve(const V* base, V* u, Real interval, Real least_change) {
-  bool has_changed = false;
-  for (Contact* const contact : active_) {
+  bool has_changed = false, is_passed = false;
+  // What folds around something thin is pushed from both sides of it, each time by what the other
+  // side has pushed.
+  const int passes = active_particles_.empty() ? 1 : kPasses;
+  for (int k = 0; k < passes && (k == 0 || is_passed); ++k) {
+    is_passed = false;
+    looks_on_ways_ = k == 0;
+    for (Contact* const contact : active_) {
+      is_passed |= SolveOne(*contact, base, u, interval, least_change);
+    }
+    has_changed |= is_passed;
+  }
+  // The last word: what edges pushed does not get across.
+  for (Contact* const contact : active_particles_) {
     has_changed |= SolveOne(*contact, base, u, interval, least_change);
   }
   return has_changed;
@@ -383,6 +310,7 @@ template <class V>
 ScalarOf<V> SurfaceContacts<V>::LargestError(const V* base, const V* u, Real interval) const {
   Real largest = 0;
   for (const Contact* const contact : active_) {
+    if (!contact->has_plane) continue;
     const V way = WayOf(*contact, base, u, interval);
     largest = std::max(largest, contact->floor - contact->gap - Dot(contact->push_along, way));
   }
@@ -401,7 +329,7 @@ void SurfaceContacts<V>::Advance(std::span<const V> positions) {
   const Real way = has_starts_ ? way_from(starts_) : 0;
   for (SolidState& solid : solids_) {
     Real next = 0;
-    if (!solid.candidates.empty()) {
+    if (solid.has_any()) {
       solid.particle_way = way;
       solid.travel += way + solid.own_way;
       next = static_cast<Real>(kWayMargin) * way + solid.own_way;

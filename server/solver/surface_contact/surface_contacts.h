@@ -48,8 +48,11 @@ struct SurfaceContact {
   std::array<Real, 3> weights{};
   Real inverse_mass = 0;  // of the point [1/kg]
   bool has_plane = false;
-  uint32_t found_in = 0;  // substep in which the plane was found
-  Real found_at = 0;      // travel then [m]
+  bool has_slipped = false;  // beyond the middle of the solid since the last substep
+  bool is_passing = false;   // its plane is where it meets the solid on its way
+  uint32_t found_in = 0;     // substep in which the plane was found
+  Real found_at = 0;         // travel then [m]
+  V velocity{};              // of the point when the substep starts [m/s]
   // Of the substep.
   V push_along{};           // the normal where the substep ends
   V surface_way{};          // of the surface's point that is there when it starts [m]
@@ -110,7 +113,10 @@ class SurfaceContacts {
     std::vector<Contact> candidates{};
     std::vector<Real> wake_travels{};  // of candidates: looked at when one of both has come
     std::vector<uint32_t> wake_substeps{};
-    std::vector<Contact> passing{};  // particles, of one substep
+    std::vector<uint32_t> near{};      // particles that may come near
+    std::vector<Real> near_travels{};  // of these: looked at when it has come [m]
+    std::vector<V> sides{};  // [particle_count] where each was outwards last in this step, or 0
+    std::vector<Contact> passing{};  // what may get across within a substep; particles first
     bool needs_search = true;
     uint32_t searched_in = 0;          // substep
     std::vector<V> found_positions{};  // of the search
@@ -120,18 +126,23 @@ class SurfaceContacts {
     Real travel = 0, expected = 0;
     Real particle_way = 0;  // of the fastest particle in the last substep [m]
     Real own_way = 0;       // of the solid in a substep, at most [m]
+
+    bool has_any() const { return !candidates.empty() || !near.empty(); }
   };
 
   void Search(SolidState& solid, std::span<const V> positions, std::span<const V> velocities);
   void FindCandidates(SolidState& solid, std::span<const V> positions);
   void Add(SolidState& solid, std::span<const uint32_t> particles, Real bound);
-  void FindPassing(SolidState& solid, std::span<const V> positions, std::span<const V> velocities);
+  void FindPassing(SolidState& solid, std::span<const V> positions);
+  bool FindMeeting(Contact& contact, const V* base, const V* u, Real interval) const;
+  bool FindMeetingOfEdge(Contact& contact, const V* base, const V* u, Real interval) const;
   void Look(SolidState& solid, size_t index, std::span<const V> positions,
             std::span<const V> velocities);
   bool FindPlane(SolidState& solid, size_t index, std::span<const V> described);
-  void Activate(const SolidState& solid, Contact& contact, std::span<const V> positions,
-                std::span<const V> velocities);
+  void Activate(Contact& contact, std::span<const V> positions, std::span<const V> velocities);
+  void SetUp(Contact& contact, const V& place) const;
   bool SolveOne(Contact& contact, const V* base, V* u, Real interval, Real least_change);
+  bool SolvePlane(Contact& contact, const V* base, V* u, Real interval, Real least_change);
   void CorrectOne(Contact& contact, const V* positions, V* velocities);
   void ForgetFlight(Contact& contact, const V* positions, const V* velocities,
                     V* previous_positions, V* previous_velocities) const;
@@ -148,7 +159,9 @@ class SurfaceContacts {
   Real least_dip_ = 0;       // [m]
   std::vector<SolidState> solids_;
   std::vector<Contact*> active_;
-  std::vector<V> starts_;  // of the substep, if there is any candidate
+  std::vector<Contact*> active_particles_;  // of these, those that may get across
+  bool looks_on_ways_ = true;               // in the pass under way
+  std::vector<V> starts_, velocities_;      // when the substep starts, if anything is near
   bool has_starts_ = false;
   // Of a search.
   std::vector<Gap<V>> gaps_;
