@@ -15,21 +15,26 @@ void PredictBodies(StepContext& context) {
   if (!bodies.HasRebounds()) return;
   for (size_t k = 0; k < bodies.size(); ++k) {
     for (uint32_t i = 0; i < context.model.particle_count(); ++i) {
-      if (context.w[i] == 0) continue;
-      bodies.Predict(k, i, context.state.positions_m[i], context.state.velocities_m_per_s[i]);
+      bodies.Predict(k, context.Particle(i, context.state.positions_m[i]),
+                     context.state.velocities_m_per_s[i]);
     }
   }
 }
 
-// Body by body, particle by particle.
+// Body by body, particle by particle. What is held gives way to nothing, so it comes last.
 bool SolveBodies(StepContext& context) {
   Bodies& bodies = context.bodies;
   double change = 0;
   for (size_t k = 0; k < bodies.size(); ++k) {
+    const auto solve = [&](uint32_t i) {
+      change =
+          std::max(change, bodies.Solve(k, context.Particle(i, context.base[i]), context.u[i]));
+      context.Pull(i, bodies.LastImpulse(k));
+    };
     for (uint32_t i = 0; i < context.model.particle_count(); ++i) {
-      if (context.w[i] == 0) continue;
-      change = std::max(change, bodies.Solve(k, context.Particle(i), context.u[i]));
+      if (context.w[i] != 0) solve(i);
     }
+    for (const Grip& held : context.held) solve(held.particle);
   }
   change = std::max(change, bodies.SolveColliders());
   const double tolerance = context.plan.tolerance;
@@ -46,7 +51,9 @@ void CorrectBodies(StepContext& context) {
   ParticleState& state = context.state;
   for (size_t k = 0; k < bodies.size(); ++k) {
     for (const uint32_t i : bodies.PushedBy(k)) {
-      bodies.Correct(k, context.Particle(i), state.positions_m[i], state.velocities_m_per_s[i]);
+      bodies.Correct(k, context.Particle(i, context.base[i]), state.positions_m[i],
+                     state.velocities_m_per_s[i]);
+      context.Pull(i, bodies.LastImpulse(k));
     }
   }
   bodies.CorrectColliders();

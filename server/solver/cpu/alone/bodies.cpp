@@ -35,7 +35,16 @@ class Reach {
 };
 
 bodies::Particle ParticleOf(const StepContext& context, uint32_t i) {
-  return {i, ToVector3d(context.scratch.state.positions[i]), double{context.model.free_masses[i]}};
+  const bool is_free = context.held.IsFree(i);
+  return {i, ToVector3d(context.scratch.state.positions[i]),
+          is_free ? double{context.model.free_masses[i]} : std::numeric_limits<double>::infinity()};
+}
+
+// What the last contact of body k gave to a held particle, others get.
+void PassOn(const StepContext& context, size_t k, uint32_t i) {
+  ImpulseSums* const sums = context.impulses();
+  if (sums == nullptr || context.held.IsFree(i)) return;
+  sums->Pull(i, ToVec4(context.scratch.bodies.LastImpulse(k)));
 }
 
 }  // namespace
@@ -53,8 +62,8 @@ void PredictBodies(const StepContext& context) {
   if (bodies.empty() || !bodies.HasRebounds()) return;
   const FloatState& state = context.scratch.state;
   for (size_t k = 0; k < bodies.size(); ++k) {
-    for (const uint32_t i : context.held.free_particles) {
-      bodies.Predict(k, i, ToVector3d(state.positions[i]), ToVector3d(state.velocities[i]));
+    for (uint32_t i = 0; i < context.model.particle_count; ++i) {
+      bodies.Predict(k, ParticleOf(context, i), ToVector3d(state.velocities[i]));
     }
   }
 }
@@ -67,16 +76,20 @@ bool SolveBodies(const StepContext& context) {
   double largest_change = 0;
   for (size_t k = 0; k < bodies.size(); ++k) {
     Reach reach(bodies.ReachOf(k), bodies.CentreAtEnd(k));
-    for (const uint32_t i : context.held.free_particles) {
+    const auto solve = [&](uint32_t i) {
       const bool is_near = reach.Has(state.positions[i] + interval * state.velocities[i]);
-      if (!is_near && !bodies.HasPushed(k, i)) continue;
+      if (!is_near && !bodies.HasPushed(k, i)) return;
       Vector3d u = ToVector3d(state.velocities[i]);
       const double change = bodies.Solve(k, ParticleOf(context, i), u);
-      if (change == 0) continue;
+      if (change == 0) return;
       state.velocities[i] = ToVec4(u);
+      PassOn(context, k, i);
       largest_change = std::max(largest_change, change);
       reach.MoveTo(bodies.CentreAtEnd(k));
-    }
+    };
+    for (const uint32_t i : context.held.free_particles) solve(i);
+    // What is held gives way to nothing, so it comes last.
+    for (const uint32_t i : context.held.particles) solve(i);
   }
   largest_change = std::max(largest_change, bodies.SolveColliders());
   return double{interval} * largest_change > double{context.controls.contact_tolerance} ||
@@ -95,6 +108,7 @@ void CorrectBodies(const StepContext& context) {
       Vector3d v = ToVector3d(state.velocities[i]);
       bodies.Correct(k, ParticleOf(context, i), ToVector3d(state.positions[i]), v);
       state.velocities[i] = ToVec4(v);
+      PassOn(context, k, i);
     }
   }
   bodies.CorrectColliders();
