@@ -94,6 +94,12 @@ double Bodies::Solve(size_t k, const bodies::Particle& particle, Vector3d& u) {
   return body.contacts.Solve(placed_[body.collider], numbers_, seconds_, particle, u);
 }
 
+SurfaceDistance Bodies::SurfaceOfBody(size_t k, const Vector3d& place) const {
+  SurfaceDistance surface = placed_[bodies_[k].collider].SurfaceAtEnd(place);
+  surface.distance_m -= numbers_.thickness_m;
+  return surface;
+}
+
 double Bodies::SolveColliders() {
   double change = 0;
   for (bodies::PointContacts& points : points_) {

@@ -44,8 +44,13 @@ class Bodies {
   // Only where HasRebounds.
   void Predict(size_t k, const bodies::Particle& particle, const Eigen::Vector3d& v);
   bool HasRebounds() const { return numbers_.restitution > 0; }
+  const BodyNumbers& numbers() const { return numbers_; }
+  double seconds() const { return seconds_; }  // of the substep
   // Returns the change of u [m/s]; with a held particle that of the body there.
   double Solve(size_t k, const bodies::Particle& particle, Eigen::Vector3d& u);
+  // Of body k where it ends, at `place`: how far the surface of the cloth is from it, and its
+  // outward normal.
+  SurfaceDistance SurfaceOfBody(size_t k, const Eigen::Vector3d& place) const;
   // The largest change of a body's velocity [m/s].
   double SolveColliders();
   void End();
