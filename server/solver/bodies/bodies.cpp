@@ -84,14 +84,20 @@ void Bodies::Begin(double begin_s, double seconds) {
   for (bodies::PatchContacts& patches : patches_) patches.Begin(seconds);
 }
 
-void Bodies::Predict(size_t k, uint32_t particle, const Vector3d& p, const Vector3d& v) {
+void Bodies::Predict(size_t k, const bodies::Particle& particle, const Vector3d& v) {
   Body& body = bodies_[k];
-  body.contacts.Predict(placed_[body.collider], numbers_, particle, p, v);
+  body.contacts.Predict(placed_[body.collider], numbers_, particle, v);
 }
 
 double Bodies::Solve(size_t k, const bodies::Particle& particle, Vector3d& u) {
   Body& body = bodies_[k];
   return body.contacts.Solve(placed_[body.collider], numbers_, seconds_, particle, u);
+}
+
+SurfaceDistance Bodies::SurfaceOfBody(size_t k, const Vector3d& place) const {
+  SurfaceDistance surface = placed_[bodies_[k].collider].SurfaceAtEnd(place);
+  surface.distance_m -= numbers_.thickness_m;
+  return surface;
 }
 
 double Bodies::SolveColliders() {

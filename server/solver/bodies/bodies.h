@@ -42,10 +42,15 @@ class Bodies {
 
   void Begin(double begin_s, double seconds);
   // Only where HasRebounds.
-  void Predict(size_t k, uint32_t particle, const Eigen::Vector3d& p, const Eigen::Vector3d& v);
+  void Predict(size_t k, const bodies::Particle& particle, const Eigen::Vector3d& v);
   bool HasRebounds() const { return numbers_.restitution > 0; }
-  // Returns the change of u [m/s].
+  const BodyNumbers& numbers() const { return numbers_; }
+  double seconds() const { return seconds_; }  // of the substep
+  // Returns the change of u [m/s]; with a held particle that of the body there.
   double Solve(size_t k, const bodies::Particle& particle, Eigen::Vector3d& u);
+  // Of body k where it ends, at `place`: how far the surface of the cloth is from it, and its
+  // outward normal.
+  SurfaceDistance SurfaceOfBody(size_t k, const Eigen::Vector3d& place) const;
   // The largest change of a body's velocity [m/s].
   double SolveColliders();
   void End();
@@ -57,6 +62,8 @@ class Bodies {
   void Correct(size_t k, const bodies::Particle& particle, const Eigen::Vector3d& p,
                Eigen::Vector3d& v);
   void CorrectColliders();
+  // What the last call of Solve or Correct with body k gave to its particle [N s].
+  const Eigen::Vector3d& LastImpulse(size_t k) const { return bodies_[k].contacts.last_impulse(); }
 
   // The motions of collider c in the substep under way, and after End.
   const RigidMotion& MotionAtEnd(size_t c) const { return placed_[c].end; }

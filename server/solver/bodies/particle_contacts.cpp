@@ -10,6 +10,14 @@ namespace drape::bodies {
 
 using Eigen::Vector3d;
 
+namespace {
+
+bool IsHeld(const Particle& particle) {
+  return std::isinf(particle.mass_kg);
+}
+
+}  // namespace
+
 void ParticleContacts::Begin() {
   for (const Contact& contact : contacts_) places_[contact.particle] = 0;
   contacts_.clear();
@@ -34,18 +42,22 @@ std::vector<uint32_t> ParticleContacts::Pushed() const {
 }
 
 void ParticleContacts::Predict(const PlacedCollider& body, const BodyNumbers& numbers,
-                               uint32_t particle, const Vector3d& p, const Vector3d& v) {
+                               const Particle& particle, const Vector3d& v) {
+  const Vector3d& p = particle.start_m;
   const auto [distance, n] = body.SurfaceAtStart(p);
   const Vector3d relative = v - body.start.VelocityAt(p);
-  // Both fall.
-  const double rebound = ReboundSpeed(distance - numbers.thickness_m, relative.dot(n), 0, numbers);
-  if (rebound > 0) ContactOf(particle).rebound = rebound;
+  // Both fall, but for a particle that is held.
+  const double fall = IsHeld(particle) ? -numbers.gravity_m_per_s2.dot(n) : 0;
+  const double rebound =
+      ReboundSpeed(distance - numbers.thickness_m, relative.dot(n), fall, numbers);
+  if (rebound > 0) ContactOf(particle.index).rebound = rebound;
 }
 
 void ParticleContacts::Apply(PlacedCollider& body, const Particle& particle,
                              const Vector3d& impulse, const Vector3d& arm_m, Vector3d& velocity) {
   velocity += impulse / particle.mass_kg;
   body.Push(-impulse, arm_m);
+  last_impulse_ += impulse;
   given_.impulse_n_s -= impulse;
   given_.angular_impulse_n_m_s -= arm_m.cross(impulse);
 }
@@ -66,6 +78,7 @@ void ParticleContacts::Rub(PlacedCollider& body, const BodyNumbers& numbers,
 
 double ParticleContacts::Solve(PlacedCollider& body, const BodyNumbers& numbers, double seconds,
                                const Particle& particle, Vector3d& u) {
+  last_impulse_.setZero();
   const Vector3d& p = particle.start_m;
   const auto [distance, n] = body.SurfaceAtEnd(p + seconds * u);
   double gap = distance - numbers.thickness_m;
@@ -77,9 +90,10 @@ double ParticleContacts::Solve(PlacedCollider& body, const BodyNumbers& numbers,
   if (std::abs(start_gap) <= touch) gap = seconds * (u - body.MeanVelocity(p, seconds)).dot(n);
   if (gap >= 0 && !has_pushed) return 0;
   Contact& contact = ContactOf(particle.index);
-  const Vector3d before = u;
   // From where both start, so that their angular momentum together stays as it is.
   const Vector3d arm_m = p - body.start.position_m;
+  const auto velocity = [&]() -> Vector3d { return IsHeld(particle) ? body.VelocityAt(arm_m) : u; };
+  const Vector3d before = velocity();
   const double floor = std::min(0.0, start_gap + kMaxDepenetrationSpeed_m_per_s * seconds);
   const double mobility = 1 / particle.mass_kg + body.MobilityAlong(n, arm_m);
   const double normal = std::max(contact.normal - (gap - floor) / (seconds * mobility), 0.0);
@@ -89,11 +103,12 @@ double ParticleContacts::Solve(PlacedCollider& body, const BodyNumbers& numbers,
     const Vector3d sliding = Tangential(u - body.MeanVelocity(p, seconds), n);
     Rub(body, numbers, particle, contact, normal, sliding, arm_m, u);
   }
-  return (u - before).norm();
+  return (velocity() - before).norm();
 }
 
 void ParticleContacts::Correct(PlacedCollider& body, const BodyNumbers& numbers,
                                const Particle& particle, const Vector3d& p, Vector3d& v) {
+  last_impulse_.setZero();
   if (!HasPushed(particle.index)) return;
   Contact& contact = ContactOf(particle.index);
   const Vector3d n = body.SurfaceAtEnd(p).outward;

@@ -11,11 +11,11 @@
 
 namespace drape::bodies {
 
-// A free particle in a substep, where it starts; its velocity is passed beside it.
+// A particle in a substep, where it starts; its velocity is passed beside it.
 struct Particle {
   uint32_t index = 0;
   Eigen::Vector3d start_m = Eigen::Vector3d::Zero();
-  double mass_kg = 0;
+  double mass_kg = 0;  // infinite of what is held: its velocity is what the client asks for
 };
 
 // Contacts are solved one after the other, each with what the others have left of the body: so many
@@ -28,9 +28,9 @@ class ParticleContacts {
 
   // A substep begins: nothing touches.
   void Begin();
-  // Before the substep: how fast a particle with velocity v at p leaves the body if it hits it.
-  void Predict(const PlacedCollider& body, const BodyNumbers& numbers, uint32_t particle,
-               const Eigen::Vector3d& p, const Eigen::Vector3d& v);
+  // Before the substep: how fast a particle with velocity v leaves the body if it hits it.
+  void Predict(const PlacedCollider& body, const BodyNumbers& numbers, const Particle& particle,
+               const Eigen::Vector3d& v);
   // One sweep over one particle with the mean velocity u of the substep. Returns how much of it
   // has changed [m/s].
   double Solve(PlacedCollider& body, const BodyNumbers& numbers, double seconds,
@@ -44,6 +44,8 @@ class ParticleContacts {
   }
   // Particles that have pushed in this substep, ascending.
   std::vector<uint32_t> Pushed() const;
+  // What the last call of Solve or Correct gave to its particle [N s].
+  const Eigen::Vector3d& last_impulse() const { return last_impulse_; }
   // What the cloth gave to the body in all substeps so far, the moment about its centre.
   const ColliderImpulse& given() const { return given_; }
 
@@ -71,6 +73,7 @@ class ParticleContacts {
   std::vector<uint32_t> places_;  // [particle_count]: from 1; 0: no contact
   double round_off_;
   ColliderImpulse given_;
+  Eigen::Vector3d last_impulse_ = Eigen::Vector3d::Zero();
 };
 
 }  // namespace drape::bodies

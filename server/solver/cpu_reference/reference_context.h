@@ -3,6 +3,7 @@
 
 #include <Eigen/Core>
 #include <cstdint>
+#include <limits>
 #include <memory>
 #include <span>
 #include <vector>
@@ -49,8 +50,10 @@ struct StepContext {
   void PullHeld(const std::vector<Eigen::Vector3d>& impulses_n_s, double factor = 1) const {
     for (const Grip& grip : held) Pull(grip.particle, factor * impulses_n_s[grip.particle]);
   }
-  // Particle i as a body meets it, from where it starts in the substep.
-  bodies::Particle Particle(uint32_t i) const { return {i, base[i], model.masses_kg()[i]}; }
+  // Particle i as a body meets it, which starts the substep at `start_m`.
+  bodies::Particle Particle(uint32_t i, const Eigen::Vector3d& start_m) const {
+    return {i, start_m, w[i] != 0 ? model.masses_kg()[i] : std::numeric_limits<double>::infinity()};
+  }
   // Whether nothing moves constraint or joint (i, j): both ends are held.
   bool IsHeld(uint32_t i, uint32_t j) const { return w[i] == 0 && w[j] == 0; }
 

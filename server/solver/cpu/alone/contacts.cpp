@@ -267,6 +267,16 @@ bool SolveContacts(const StepContext& context) {
   return has_changed;
 }
 
+void SolveContactsOfParticle(const StepContext& context, uint32_t particle) {
+  std::atomic<bool> has_left = false;
+  const std::span<const uint32_t> its(&particle, 1);
+  WithSurfaces(context, [&](const auto& surfaces) {
+    return context.impulses() != nullptr ? SolveContactsOf<true>(context, surfaces, its, has_left)
+                                         : SolveContactsOf<false>(context, surfaces, its, has_left);
+  });
+  context.scratch.reach.has_left |= has_left;
+}
+
 void CorrectVelocity(const StepContext& context) {
   // With two steps damping is in the prediction.
   const bool damps = !context.substep.is_two_step && context.substep.damping_factor != 1;

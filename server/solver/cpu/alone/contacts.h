@@ -19,6 +19,9 @@ void FindContactFloors(const StepContext& context);
 // One sweep. Returns whether an impulse was larger than the tolerance.
 bool SolveContacts(const StepContext& context);
 
+// The same of one free particle, with those colliders that are near.
+void SolveContactsOfParticle(const StepContext& context, uint32_t particle);
+
 // Contacts: no approach velocity, rebounds, Coulomb friction; then damping.
 void CorrectVelocity(const StepContext& context);
 
