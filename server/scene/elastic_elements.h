@@ -47,6 +47,8 @@ struct ElasticElement {
   double damping_share = 0;
 
   bool is_spring() const { return weights[2] == 0 && weights[3] == 0; }
+  // Whether its impulses are along L.
+  bool acts_along() const { return is_spring() || rest_length_m == 0; }
 };
 
 // Of the element with its particles at `position_of(particle)`, an Eigen::Vector3d [m].

@@ -37,7 +37,8 @@ double ElasticImpulse(double mass, double frequency_sq, double damping_share, do
 
 using Impulses = std::array<Vector3d, 4>;  // on the particles of an element [N s]
 
-Impulses SpringImpulses(const ElasticElement& element, double mass, double frequency_sq,
+// Of an element that acts along L.
+Impulses ImpulsesAlong(const ElasticElement& element, double mass, double frequency_sq,
                         const ParticleState& state, double duration, double h,
                         double max_frequency_sq) {
   Impulses impulses = {Vector3d::Zero(), Vector3d::Zero(), Vector3d::Zero(), Vector3d::Zero()};
@@ -94,8 +95,8 @@ std::vector<Vector3d> ChangesByElements(const SceneModel& model, std::span<const
     const double mass = shares.masses_kg[e];
     const double frequency_sq = shares.frequencies_sq_per_s2[e];
     const Impulses impulses =
-        element.is_spring()
-            ? SpringImpulses(element, mass, frequency_sq, state, duration_s, substep_s,
+        element.acts_along()
+            ? ImpulsesAlong(element, mass, frequency_sq, state, duration_s, substep_s,
                              max_frequency_sq_per_s2)
             : HingeImpulses(element, mass * std::min(frequency_sq, max_frequency_sq_per_s2),
                             state.positions_m, duration_s);
