@@ -33,7 +33,7 @@ void GatherEnds(std::span<const ElasticElement> elements, size_t particle_count,
   for (uint32_t e = 0; e < elements.size(); ++e) {
     for (size_t k = 0; k < 4; ++k) {
       if (elements[e].weights[k] == 0) continue;
-      shares.ends[next[elements[e].particles[k]]++] = {e, elements[e].weights[k]};
+      shares.ends[next[elements[e].particles[k]]++] = {e, static_cast<uint32_t>(k)};
     }
   }
 }
@@ -88,8 +88,10 @@ ElasticElement Hinge(const std::array<uint32_t, 4>& ijkl, std::span<const Vector
   for (size_t place = 1; place < 4; ++place) {
     l_m += hinge.weights[place] * (positions_m[ijkl[place]] - positions_m[i]);
   }
-  const Vector3d normal = edge.cross(positions_m[l] - positions_m[k]);
-  hinge.rest_length_m = l_m.dot(normal) < 0 ? -l_m.norm() : l_m.norm();
+  const Vector3d normal =
+      HingeNormal(edge, hinge.weights[2] * (positions_m[k] - positions_m[i]) -
+                            hinge.weights[3] * (positions_m[l] - positions_m[i]));
+  hinge.rest_length_m = l_m.dot(normal) / normal.squaredNorm();
   return hinge;
 }
 

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <array>
+#include <cmath>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -11,10 +12,30 @@
 
 namespace drape {
 
-// Stores stiffness / 2 (l - rest_length)^2 for L = sum of weights[k] p[particles[k]], whose weights
-// add up to 0, and l = |L|; for a rest length other than 0 l is negative where L points against
-// (p[1] - p[0]) x (p[3] - p[2]). Places that an element does not need have weight 0 and the
-// particle of the first place, which makes that product 0.
+// How the normal of a hinge that is nearly folded flat fades, relative to that of a flat one: within
+// about this angle [rad] from there. Larger: a rest angle of more than a right angle is less exact;
+// smaller: forces there change more at once.
+inline constexpr double kHingeBlur = 0.1;
+inline constexpr double kHingeBlurSq = kHingeBlur * kHingeBlur;
+// The normal of a flat hinge has the length 1 with it: sqrt(1 + kHingeBlurSq).
+inline constexpr double kHingeNormalScale = 1.00498756211208903;
+// Squared: what keeps hinges that have no edge from a division by 0 [m^4].
+inline constexpr double kLeastHingeArea_m4 = 1e-24;
+
+// The normal of a hinge, 1 long where it is flat: along `edge` x `across`, `across` the side towards
+// its fourth particle less that towards the third, each over its height (equation 15a of
+// server/solver/method.md).
+inline Eigen::Vector3d HingeNormal(const Eigen::Vector3d& edge, const Eigen::Vector3d& across) {
+  const Eigen::Vector3d normal = edge.cross(across);
+  const double edge_sq = edge.squaredNorm();
+  const double blur_sq = 4 * kHingeBlurSq * edge_sq * edge_sq + kLeastHingeArea_m4;
+  return kHingeNormalScale / std::sqrt(normal.squaredNorm() + blur_sq) * normal;
+}
+
+// Stores stiffness / 2 |deflection|^2 for L = sum of weights[k] p[particles[k]], whose weights add
+// up to 0: the deflection of a spring (the last two weights are 0) is |L| - rest_length, that of
+// all others L - rest_length * HingeNormal. Places that an element does not need have weight 0 and
+// the particle of the first place.
 struct ElasticElement {
   std::array<uint32_t, 4> particles{};
   std::array<double, 4> weights{};
@@ -24,7 +45,25 @@ struct ElasticElement {
   // for a substep. Linear elements need no damping, and where they are flat they have no direction
   // for it.
   double damping_share = 0;
+
+  bool is_spring() const { return weights[2] == 0 && weights[3] == 0; }
+  // Whether its impulses are along L.
+  bool acts_along() const { return is_spring() || rest_length_m == 0; }
 };
+
+// Of the element with its particles at `position_of(particle)`, an Eigen::Vector3d [m].
+template <class PositionOf>
+double DeflectionOf_m(const ElasticElement& element, const PositionOf& position_of) {
+  std::array<Eigen::Vector3d, 4> side;  // from the first particle, times the weight
+  Eigen::Vector3d l = Eigen::Vector3d::Zero();
+  for (size_t k = 0; k < 4; ++k) {
+    side[k] = position_of(element.particles[k]) - position_of(element.particles[0]);
+    side[k] *= k == 1 ? 1 : element.weights[k];
+    l += k == 1 ? element.weights[1] * side[1] : side[k];
+  }
+  if (element.is_spring()) return l.norm() - element.rest_length_m;
+  return (l - element.rest_length_m * HingeNormal(side[1], side[2] - side[3])).norm();
+}
 
 // A spring.
 ElasticElement ShearDiagonal(uint32_t i, uint32_t j, double length_m, double stiffness_n_per_m);
@@ -53,7 +92,7 @@ void StiffenAtClamps(const std::vector<bool>& is_pin, std::vector<ElasticElement
 // An element as one of its particles sees it.
 struct ElasticEnd {
   uint32_t element = 0;
-  double weight = 0;
+  uint32_t place = 0;  // of the particle in it, 0 to 3
 };
 
 // The elements of particle i are the entries offsets[i] .. offsets[i + 1] of `ends`, ascending.

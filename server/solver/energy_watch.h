@@ -3,7 +3,6 @@
 #pragma once
 
 #include <algorithm>
-#include <array>
 
 #include "server/scene/scene_model.h"
 #include "server/solver/cloth_parameters.h"
@@ -27,19 +26,6 @@ struct EnergyLimit {
 
   double Allowed_j(double start_kinetic_j, double start_stored_j = 0) const;
 };
-
-// |L| less the rest length [m]; negative where it is turned (scene/elastic_elements.h).
-template <class PositionOf>
-double DeflectionOf_m(const ElasticElement& element, const PositionOf& position_of) {
-  std::array<Eigen::Vector3d, 4> from_first;
-  Eigen::Vector3d l = Eigen::Vector3d::Zero();
-  for (size_t k = 0; k < 4; ++k) {
-    from_first[k] = position_of(element.particles[k]) - position_of(element.particles[0]);
-    l += element.weights[k] * from_first[k];
-  }
-  const bool is_turned = l.dot(from_first[1].cross(from_first[3] - from_first[2])) < 0;
-  return l.norm() - (is_turned ? -element.rest_length_m : element.rest_length_m);
-}
 
 // The energy of all compliant links, joints and elastic elements [J], with the lengths of the
 // model; elements that are too fast for a substep as they act. `position_of(particle)`: an

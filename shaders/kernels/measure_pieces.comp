@@ -120,10 +120,8 @@ void MeasureElement(uint e, inout Measured measured) {
   uvec4 i = element.particles;
   Differences d = DifferencesFrom(CommittedPosition(i.x), CommittedPosition(i.y),
                                   CommittedPosition(i.z), CommittedPosition(i.w));
-  vec3 l = WeightedSum(element.weights, d);
-  measured.elastic =
-      AddCompensated(measured.elastic, ElasticEnergy(element.mass * element.frequency_sq,
-                                                     ElasticDeflection(l, d, element.rest_length)));
+  measured.elastic = AddCompensated(
+      measured.elastic, ElasticEnergy(element.mass * element.frequency_sq, ElasticDeflection(element, d)));
 }
 
 void main() {

@@ -31,12 +31,57 @@ vec3 WeightedSum(vec3 weights, Differences d) {
   return sum;
 }
 
-// |L| less the rest length [m]; of a hinge at rest at an angle |L| is negative on the other side.
-float ElasticDeflection(vec3 l, Differences d, float rest_length) {
-  precise vec3 across = d.c - d.b;
-  precise float deflection =
-      Length(l) - (Dot(l, Cross(d.a, across)) < 0.0 ? -rest_length : rest_length);
+bool IsSpring(ElasticElement element) {
+  return element.weights.y == 0.0 && element.weights.z == 0.0;
+}
+
+// A hinge where its particles are (equation 15a). `across` is the side towards its fourth particle less that towards
+// the third, each times its weight.
+struct HingeShape {
+  vec3 across, normal;
+  float edge_sq, inverse_sq;
+  float rest;      // normal times this: L at rest
+  vec3 from_rest;  // L less that [m]
+};
+
+HingeShape ShapeOfHinge(vec3 weights, float rest_length, Differences d) {
+  HingeShape shape;
+  precise vec3 across = weights.y * d.b - weights.z * d.c;
+  shape.across = across;
+  shape.normal = Cross(d.a, across);
+  shape.edge_sq = Dot(d.a, d.a);
+  precise float blur_sq = 4.0 * HINGE_BLUR_SQ * shape.edge_sq * shape.edge_sq + LEAST_HINGE_AREA;
+  precise float inverse_sq = 1.0 / (Dot(shape.normal, shape.normal) + blur_sq);
+  shape.inverse_sq = inverse_sq;
+  precise float rest = HINGE_NORMAL_SCALE * (rest_length * Root(inverse_sq));
+  shape.rest = rest;
+  precise vec3 from_rest = WeightedSum(weights, d) - rest * shape.normal;
+  shape.from_rest = from_rest;
+  return shape;
+}
+
+// How far an element is from rest [m].
+float ElasticDeflection(ElasticElement element, Differences d) {
+  if (!IsSpring(element)) {
+    return Length(ShapeOfHinge(element.weights, element.rest_length, d).from_rest);
+  }
+  precise float deflection = Length(WeightedSum(element.weights, d)) - element.rest_length;
   return deflection;
+}
+
+// Impulses on the second to fourth particle [N s] (equation 16a); `gain` is stiffness times duration [N s/m].
+Differences HingeImpulses(ElasticElement element, Differences d, float gain) {
+  HingeShape shape = ShapeOfHinge(element.weights, element.rest_length, d);
+  precise float slope = Dot(shape.from_rest, shape.normal) * shape.inverse_sq;
+  precise vec3 turn = shape.rest * (shape.from_rest - slope * shape.normal);
+  precise vec3 impulse = -gain * shape.from_rest;
+  precise vec3 on_edge =
+      gain * (Cross(shape.across, turn) - (8.0 * HINGE_BLUR_SQ * shape.rest * slope * shape.edge_sq) * d.a);
+  precise vec3 on_sides = gain * Cross(turn, d.a);
+  precise vec3 a = element.weights.x * impulse + on_edge;
+  precise vec3 b = element.weights.y * (impulse + on_sides);
+  precise vec3 c = element.weights.z * (impulse - on_sides);
+  return Differences(a, b, c);
 }
 
 // Impulse along L [N s] within `duration` [s], part of a substep h; `deflection` [m] from rest, at this speed

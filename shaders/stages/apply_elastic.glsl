@@ -3,40 +3,53 @@
 #include "stages/elastic_element.glsl"
 #include "stages/kick.glsl"
 
-// The impulse along L of element e [N s]; 0 if L has no direction.
+// Of a spring on its second particle [N s]; 0 if it has no direction.
+vec3 SpringImpulse(ElasticElement element, Differences d, float seconds) {
+  vec3 l = WeightedSum(element.weights, d);
+  float len = Length(l);
+  if (len < MIN_DIRECTION_LENGTH) return vec3(0.0);
+  float speed = 0.0;
+  if (element.damping_share > 0.0) {
+    uvec4 i = element.particles;
+    Differences rates = DifferencesFrom(Velocity(i.x), Velocity(i.y), Velocity(i.z), Velocity(i.w));
+    precise float speed_along = Dot(WeightedSum(element.weights, rates), l) / len;
+    speed = speed_along;
+  }
+  precise float per_length = ElasticImpulse(element, len - element.rest_length, speed, seconds, cloth.step.h,
+                                            cloth.step.inverse_h, cloth.step.max_elastic_frequency_sq) /
+                             len;
+  precise vec3 impulse = element.weights.x * (per_length * l);
+  return impulse;
+}
+
+// The impulses of element e on its particles [N s].
 void StoreElasticImpulse(uint e, uint place, float seconds) {
   ElasticElement element = LoadElement(e);
   uvec4 i = element.particles;
   Differences d = DifferencesFrom(KickPosition(i.x, place), KickPosition(i.y, place),
                                   KickPosition(i.z, place), KickPosition(i.w, place));
-  vec3 l = WeightedSum(element.weights, d);
-  float len = Length(l);
-  vec3 impulse = vec3(0.0);
-  if (len >= MIN_DIRECTION_LENGTH) {
-    float speed = 0.0;
-    if (element.damping_share > 0.0) {
-      Differences rates = DifferencesFrom(Velocity(i.x), Velocity(i.y), Velocity(i.z), Velocity(i.w));
-      precise float speed_along = Dot(WeightedSum(element.weights, rates), l) / len;
-      speed = speed_along;
-    }
-    precise float per_length =
-        ElasticImpulse(element, ElasticDeflection(l, d, element.rest_length), speed, seconds, cloth.step.h,
-                       cloth.step.inverse_h, cloth.step.max_elastic_frequency_sq) /
-        len;
-    precise vec3 along = per_length * l;
-    impulse = along;
+  Differences on = Differences(vec3(0.0), vec3(0.0), vec3(0.0));
+  if (IsSpring(element)) {
+    on.a = SpringImpulse(element, d, seconds);
+  } else {
+    precise float gain =
+        element.mass * min(element.frequency_sq, cloth.step.max_elastic_frequency_sq) * seconds;
+    on = HingeImpulses(element, d, gain);
   }
-  SetScratchVector(cloth.scratch.elastic_impulses + 3u * e, impulse);
+  uint word = cloth.scratch.elastic_impulses + 12u * e;
+  precise vec3 on_first = -(on.a + on.b + on.c);
+  SetScratchVector(word, on_first);
+  SetScratchVector(word + 3u, on.a);
+  SetScratchVector(word + 6u, on.b);
+  SetScratchVector(word + 9u, on.c);
 }
 
-// The impulses of the elements of i times its weights in them, in ascending order [N s].
+// The impulses of the elements of i, in ascending order [N s].
 vec3 ImpulseOfElements(uint i) {
   uint end = models[cloth.model.elastic_offsets + i + 1u];
   precise vec3 impulse = vec3(0.0);
   for (uint k = models[cloth.model.elastic_offsets + i]; k < end; ++k) {
-    uint word = cloth.model.elastic_ends + DRAPE_ELASTIC_END_WORDS * k;
-    impulse = AddScaled(impulse, ModelFloat(word + 1u),
-                        ScratchVector(cloth.scratch.elastic_impulses + 3u * models[word]));
+    impulse += ScratchVector(cloth.scratch.elastic_impulses + 3u * models[cloth.model.elastic_ends + k]);
   }
   return impulse;
 }

@@ -61,9 +61,9 @@ vec2 ElementChange(uint e) {
   float stiffness = element.mass * min(element.frequency_sq, cloth.step.max_elastic_frequency_sq);
   Differences d =
       DifferencesFrom(StartPosition(i.x), StartPosition(i.y), StartPosition(i.z), StartPosition(i.w));
-  float start = ElasticEnergy(stiffness, ElasticDeflection(WeightedSum(element.weights, d), d, element.rest_length));
+  float start = ElasticEnergy(stiffness, ElasticDeflection(element, d));
   d = DifferencesFrom(Position(i.x), Position(i.y), Position(i.z), Position(i.w));
-  float end = ElasticEnergy(stiffness, ElasticDeflection(WeightedSum(element.weights, d), d, element.rest_length));
+  float end = ElasticEnergy(stiffness, ElasticDeflection(element, d));
   return vec2(start, end - start);
 }
 #endif

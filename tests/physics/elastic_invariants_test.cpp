@@ -38,10 +38,10 @@ Sums SumsOf(const SceneModel& model, const ParticleState& state) {
 // With this share of the requested stiffness.
 double ElasticEnergy_j(const SceneModel& model, const ParticleState& state, double share) {
   double energy_j = 0;
-  for (const auto& [particles, weights, rest_m, stiffness, damping] : model.elastic_elements()) {
-    Vector3d l = Vector3d::Zero();
-    for (size_t k = 0; k < 4; ++k) l += weights[k] * state.positions_m[particles[k]];
-    energy_j += share * stiffness / 2 * std::pow(l.norm() - rest_m, 2);
+  for (const ElasticElement& element : model.elastic_elements()) {
+    const double deflection_m =
+        DeflectionOf_m(element, [&](uint32_t i) { return state.positions_m[i]; });
+    energy_j += share * element.stiffness_n_per_m / 2 * std::pow(deflection_m, 2);
   }
   return energy_j;
 }

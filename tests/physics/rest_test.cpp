@@ -2,7 +2,11 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 #include <cstdio>
+#include <numbers>
+#include <numeric>
+#include <random>
 #include <vector>
 
 #include "tests/physics/physics_test.h"
@@ -81,6 +85,58 @@ std::vector<Scene> Spans() {
   return scenes;
 }
 
+// A tube whose rim is held, so that it falls into folds: `around` vertices in each of `rows` rings,
+// off their places by up to `off` of their distances, diagonals drawn at random. Its hinges are
+// drawn at an angle, and folds bend many of them flat.
+Scene IrregularTube(uint32_t around, uint32_t rows, double hem_m, double off, uint32_t seed,
+                    const StructuralMaterial& material) {
+  std::mt19937 random(seed);
+  const auto jitter = [&] { return off * (static_cast<double>(random()) / 4294967296.0 - 0.5); };
+  TriangleMesh mesh;
+  std::vector<uint32_t> rim(around);
+  std::iota(rim.begin(), rim.end(), 0);
+  for (uint32_t row = 0; row < rows; ++row) {
+    for (uint32_t k = 0; k < around; ++k) {
+      const double angle = 2 * std::numbers::pi * (k + jitter() + (row % 2) * 0.5) / around;
+      const bool is_edge = row == 0 || row + 1 == rows;
+      const double down = (row + (is_edge ? 0 : jitter())) / (rows - 1);
+      const double radius_m = 0.18 + (hem_m - 0.18) * down;
+      mesh.positions_m.emplace_back(radius_m * std::cos(angle), -0.7 * down,
+                                   0.6 * radius_m * std::sin(angle));
+    }
+  }
+  for (uint32_t row = 0; row + 1 < rows; ++row) {
+    for (uint32_t k = 0; k < around; ++k) {
+      const uint32_t a = row * around + k, b = row * around + (k + 1) % around;
+      const uint32_t c = a + around, d = b + around;
+      const bool is_falling = random() % 2 != 0;
+      if (is_falling) {
+        mesh.triangles.insert(mesh.triangles.end(), {{a, b, c}, {b, d, c}});
+      } else {
+        mesh.triangles.insert(mesh.triangles.end(), {{a, d, c}, {a, b, d}});
+      }
+    }
+  }
+  Scene scene;
+  scene.model = BuildModel({mesh, material, rim});
+  scene.state = RestState(*scene.model);
+  return scene;
+}
+
+StructuralMaterial Bending(double areal_density_kg_per_m2, double rigidity_n_m) {
+  return {.areal_density_kg_per_m2 = areal_density_kg_per_m2,
+          .stretch_stiffness_n_per_m = kMeshStretchStiffness_n_per_m,
+          .bending_rigidity_n_m = rigidity_n_m};
+}
+
+std::vector<Scene> FoldedTubes() {
+  std::vector<Scene> scenes;
+  scenes.push_back(Damped(IrregularTube(36, 30, 0.45, 0.5, 1, Bending(0.12, 1e-5)), "skirt"));
+  scenes.push_back(Damped(IrregularTube(28, 26, 0.4, 0.4, 2, Bending(0.3, 1e-4)), "heavy"));
+  scenes.push_back(Damped(IrregularTube(44, 18, 0.5, 0.6, 3, Bending(0.15, 3e-5)), "wide"));
+  return scenes;
+}
+
 std::vector<Scene> ManyScenes() {
   std::vector<Scene> scenes;
   scenes.push_back(Damped(Grid(24, 24, 1, 1, {0, 23}), "two_corners"));
@@ -148,6 +204,10 @@ TEST_P(RestLong, OfHungCloths) {
 
 TEST_P(RestLong, OfTautRows) {
   ExpectRest(Spans());
+}
+
+TEST_P(RestLong, OfFoldedTubes) {
+  ExpectRest(FoldedTubes());
 }
 
 DRAPE_PHYSICS_TEST_ON_EVERY_BACKEND(RestLong);

@@ -1,6 +1,8 @@
 #include "server/solver/cpu_reference/reference_elastic.h"
 
 #include <algorithm>
+#include <array>
+#include <cmath>
 #include <optional>
 #include <utility>
 
@@ -33,20 +35,54 @@ double ElasticImpulse(double mass, double frequency_sq, double damping_share, do
          (std::min(frequency_sq, max_frequency_sq) * deflection + damping * speed);
 }
 
-}  // namespace
+using Impulses = std::array<Vector3d, 4>;  // on the particles of an element [N s]
 
-ElasticDeflection DeflectionOf(const ElasticElement& element,
-                               const std::vector<Vector3d>& positions_m) {
-  const Vector3d l = WeightedSum(element, positions_m);
+// Of an element that acts along L.
+Impulses ImpulsesAlong(const ElasticElement& element, double mass, double frequency_sq,
+                        const ParticleState& state, double duration, double h,
+                        double max_frequency_sq) {
+  Impulses impulses = {Vector3d::Zero(), Vector3d::Zero(), Vector3d::Zero(), Vector3d::Zero()};
+  const Vector3d l = WeightedSum(element, state.positions_m);
   const double length = l.norm();
-  if (length < kMinDirectionLength_m) return {};
-  const auto& [i, j, a, b] = element.particles;
-  const Vector3d normal = (positions_m[j] - positions_m[i]).cross(positions_m[b] - positions_m[a]);
-  const double rest_length = l.dot(normal) < 0 ? -element.rest_length_m : element.rest_length_m;
-  return {length - rest_length, l / length};
+  if (length < kMinDirectionLength_m) return impulses;
+  const Vector3d direction = l / length;
+  const double speed = WeightedSum(element, state.velocities_m_per_s).dot(direction);
+  const Vector3d impulse =
+      direction * ElasticImpulse(mass, frequency_sq, element.damping_share,
+                                 length - element.rest_length_m, speed, duration, h,
+                                 max_frequency_sq);
+  for (size_t k = 0; k < 4; ++k) impulses[k] = element.weights[k] * impulse;
+  return impulses;
 }
 
-namespace {
+// Minus the derivatives of stiffness / 2 |L - l0 n|^2, n the normal (equations 15a, 16a).
+Impulses HingeImpulses(const ElasticElement& element, double stiffness,
+                       const std::vector<Vector3d>& x, double duration) {
+  const auto side = [&](size_t place) -> Vector3d {
+    return x[element.particles[place]] - x[element.particles[0]];
+  };
+  const auto& c = element.weights;
+  const Vector3d edge = side(1);
+  const Vector3d across = c[2] * side(2) - c[3] * side(3);
+  const Vector3d product = edge.cross(across);
+  const double edge_sq = edge.squaredNorm();
+  const double size_sq =
+      product.squaredNorm() + 4 * kHingeBlurSq * edge_sq * edge_sq + kLeastHingeArea_m4;
+  const double rest = element.rest_length_m * kHingeNormalScale / std::sqrt(size_sq);
+  const Vector3d from_rest = WeightedSum(element, x) - rest * product;
+  const double slope = from_rest.dot(product) / size_sq;
+  const Vector3d turn = rest * (from_rest - slope * product);
+  const Vector3d on_edge =
+      across.cross(turn) - 8 * kHingeBlurSq * rest * slope * edge_sq * edge;
+  const Vector3d on_sides = turn.cross(edge);
+  const double gain = duration * stiffness;
+  Impulses impulses;
+  impulses[1] = gain * (on_edge - c[1] * from_rest);
+  impulses[2] = gain * c[2] * (on_sides - from_rest);
+  impulses[3] = gain * c[3] * (-on_sides - from_rest);
+  impulses[0] = -(impulses[1] + impulses[2] + impulses[3]);
+  return impulses;
+}
 
 // Of particles with these inverse masses.
 std::vector<Vector3d> ChangesByElements(const SceneModel& model, std::span<const double> w,
@@ -56,15 +92,17 @@ std::vector<Vector3d> ChangesByElements(const SceneModel& model, std::span<const
   const ElasticShares& shares = model.elastic_shares();
   for (uint32_t e = 0; e < model.elastic_count(); ++e) {
     const ElasticElement& element = model.elastic_elements()[e];
-    const auto [deflection, direction] = DeflectionOf(element, state.positions_m);
-    const double speed = WeightedSum(element, state.velocities_m_per_s).dot(direction);
-    const Vector3d impulse =
-        direction * ElasticImpulse(shares.masses_kg[e], shares.frequencies_sq_per_s2[e],
-                                   element.damping_share, deflection, speed, duration_s, substep_s,
-                                   max_frequency_sq_per_s2);
+    const double mass = shares.masses_kg[e];
+    const double frequency_sq = shares.frequencies_sq_per_s2[e];
+    const Impulses impulses =
+        element.acts_along()
+            ? ImpulsesAlong(element, mass, frequency_sq, state, duration_s, substep_s,
+                             max_frequency_sq_per_s2)
+            : HingeImpulses(element, mass * std::min(frequency_sq, max_frequency_sq_per_s2),
+                            state.positions_m, duration_s);
     for (size_t k = 0; k < 4; ++k) {
       const uint32_t i = element.particles[k];
-      changes[i] += w[i] * element.weights[k] * impulse;
+      changes[i] += w[i] * impulses[k];
     }
   }
   return changes;

@@ -8,15 +8,6 @@
 
 namespace drape {
 
-// How far the element e is from rest, l - rest length [m], and the unit vector along L, 0 where it
-// has none.
-struct ElasticDeflection {
-  double deflection_m = 0;
-  Eigen::Vector3d direction = Eigen::Vector3d::Zero();
-};
-ElasticDeflection DeflectionOf(const ElasticElement& element,
-                               const std::vector<Eigen::Vector3d>& positions_m);
-
 // Change of velocity of every particle by the elastic elements within `duration_s`, part of a
 // substep of `substep_s` [m/s], [particle_count]; 0 for pins. What is faster than
 // `max_frequency_sq_per_s2` acts as if it were not.

@@ -65,7 +65,7 @@ void MeasureStrain(const SceneModel& model, const ParticleState& state,
     measured.strain_energy_j += spring.stiffness_n_per_m / 2 * Square(error);
   }
   for (const ElasticElement& element : model.elastic_elements()) {
-    const double error = DeflectionOf(element, state.positions_m).deflection_m;
+    const double error = DeflectionOf_m(element, [&](uint32_t i) { return state.positions_m[i]; });
     measured.strain_energy_j += element.stiffness_n_per_m / 2 * Square(error);
   }
 }

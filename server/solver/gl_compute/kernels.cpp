@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "server/scene/distance_map.h"
+#include "server/scene/elastic_elements.h"
 #include "server/solver/self_contact/pair_search.h"
 #include "server/solver/self_contact/self_contacts.h"
 #include "server/solver/solver_constants.h"
@@ -46,6 +47,10 @@ std::string ConstantDefines() {
   text << "#define MAX_ENERGY_GAIN " << kMaxEnergyGain << "\n";
   text << "#define MAX_AIR_RATIO " << kMaxAirRatio << "\n";
   text << "#define MAX_ELASTIC_RATIO " << kMaxElasticRatio << "\n";
+  text << "#define HINGE_BLUR_SQ " << kHingeBlurSq << "\n";
+  text << std::setprecision(9) << "#define HINGE_NORMAL_SCALE " << kHingeNormalScale
+       << std::setprecision(6) << "\n";
+  text << "#define LEAST_HINGE_AREA " << kLeastHingeArea_m4 << "\n";
   text << "#define MAX_COORDINATE " << kMaxCoordinate_m << "\n";
   text << "#define STRAIN_BINS " << kStrainBins << "u\n";
   text << "#define FIRST_STRAIN_KEY " << kFirstStrainKey << "u\n";

@@ -12,6 +12,8 @@
 
 #include <hwy/highway.h>
 
+#include <array>
+
 #include "server/solver/cpu/formulas/constraint_math.h"
 
 HWY_BEFORE_NAMESPACE();
@@ -146,20 +148,34 @@ inline Vectors WeightedSum(const ElementDifferences<Vectors>& d, const Weights& 
   return (w_a * d.a + w_b * d.b) + w_c * d.c;
 }
 
-// Impulses of hinges along their L within `duration` [s] (equation 16): `stiffness` [N/m], `d` the
-// differences of positions [m].
+// Impulses of a hinge on its particles within `duration` [s] (equations 15a and 16a of
+// server/solver/method.md): they add up to 0. `stiffness` [N/m], `d` the differences of positions
+// [m].
 template <class Vectors, class Weights, class Scalars>
-inline Vectors HingeImpulse(const Weights& weights, const Scalars& rest_length,
-                            const Scalars& stiffness, const ElementDifferences<Vectors>& d,
-                            float duration) {
-  const Vectors l = WeightedSum(d, weights);
-  const Vectors normal = Cross(d.a, d.c - d.b);
-  const Scalars length = Sqrt(Dot(l, l));
-  const Scalars zero = SplatLike(0, length), one = SplatLike(1, length);
-  const auto is_short = length < SplatLike(kMinDirectionLength, length);
-  const Scalars signed_rest = Select(Dot(l, normal) < zero, -rest_length, rest_length);
-  const Scalars tension = (stiffness * duration) * (length - signed_rest);
-  return Select(is_short, zero, -tension / Select(is_short, one, length)) * l;
+inline std::array<Vectors, 4> HingeImpulses(const Weights& weights, const Scalars& rest_length,
+                                            const Scalars& stiffness,
+                                            const ElementDifferences<Vectors>& d, float duration) {
+  const auto& [w_a, w_b, w_c] = weights;
+  const auto splat = [&](double value) {
+    return SplatLike(static_cast<float>(value), rest_length);
+  };
+  const Vectors across = w_b * d.b - w_c * d.c;
+  const Vectors normal = Cross(d.a, across);
+  const Scalars edge_sq = Dot(d.a, d.a);
+  const Scalars blur_sq = splat(4 * kHingeBlurSq) * edge_sq * edge_sq + splat(kLeastHingeArea_m4);
+  const Scalars inverse_sq = splat(1) / (Dot(normal, normal) + blur_sq);
+  const Scalars rest = splat(kHingeNormalScale) * (rest_length * Sqrt(inverse_sq));
+  const Vectors from_rest = WeightedSum(d, weights) - rest * normal;
+  const Scalars slope = Dot(from_rest, normal) * inverse_sq;
+  const Vectors turn = rest * (from_rest - slope * normal);
+  const Scalars gain = stiffness * duration;
+  const Vectors impulse = -gain * from_rest;
+  const Vectors on_edge =
+      gain * (Cross(across, turn) - (splat(8 * kHingeBlurSq) * rest * slope * edge_sq) * d.a);
+  const Vectors on_sides = gain * Cross(turn, d.a);
+  const Vectors a = w_a * impulse + on_edge;
+  const Vectors b = w_b * (impulse + on_sides), c = w_c * (impulse - on_sides);
+  return {splat(-1) * (a + b + c), a, b, c};
 }
 
 // r - r' for triangles: how the air changes their velocities within a kick (apply_wind in

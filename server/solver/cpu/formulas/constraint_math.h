@@ -7,6 +7,7 @@
 
 #include <limits>
 
+#include "server/scene/elastic_elements.h"
 #include "server/solver/cpu/simd/vec4.h"
 #include "server/solver/solver_constants.h"
 

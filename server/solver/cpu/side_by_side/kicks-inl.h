@@ -86,9 +86,9 @@ const OwnElement* OwnElementOf(const GroupContext& context, size_t element) {
   return place != 0 ? &context.own_pins.elements[place] : nullptr;
 }
 
-// The impulse of a hinge on each cloth.
+// The impulses of a hinge on its particles of each cloth.
 template <class Positions>
-VectorsCloths HingeImpulses(const GroupContext& context, size_t element, const Positions& p,
+std::array<VectorsCloths, 4> ImpulsesOfHinge(const GroupContext& context, size_t element, const Positions& p,
                             float duration) {
   const ElasticGroup& group = context.elastic_groups[element / kVec4Size];
   const size_t k = element % kVec4Size;
@@ -101,8 +101,8 @@ VectorsCloths HingeImpulses(const GroupContext& context, size_t element, const P
   const std::array<VecCloths, 3> weights = {SplatCloths(group.weights[0][k]),
                                             SplatCloths(group.weights[1][k]),
                                             SplatCloths(group.weights[2][k])};
-  return HingeImpulse(weights, SplatCloths(group.rest_length[k]), stiffness,
-                      Differences(group, k, p), duration);
+  return HingeImpulses(weights, SplatCloths(group.rest_length[k]), stiffness,
+                       Differences(group, k, p), duration);
 }
 
 // change(i, v): the change of the velocity of each free particle i by the impulses on it,
@@ -130,12 +130,10 @@ void ForHingeChanges(const GroupContext& context, const Positions& p, float dura
   const FloatModel& model = context.model;
   const size_t element_count = model.source->elastic_elements().size();
   for (size_t e = 0; e < element_count; ++e) {
-    context.impulses[e] = HingeImpulses(context, e, p, duration);
+    const auto on_places = ImpulsesOfHinge(context, e, p, duration);
+    std::copy(on_places.begin(), on_places.end(), context.impulses + 4 * e);
   }
-  const auto impulse = [&](uint32_t e) {
-    const FloatElasticEnd& end = model.elastic_ends[e];
-    return SplatCloths(end.weight) * context.impulses[end.element];
-  };
+  const auto impulse = [&](uint32_t e) { return context.impulses[model.elastic_ends[e]]; };
   ForChanges(context, model.elastic_offsets, impulse, change, pull);
 }
 
