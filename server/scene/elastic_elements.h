@@ -12,9 +12,9 @@
 
 namespace drape {
 
-// How the normal of a hinge that is nearly folded flat fades, relative to that of a flat one: within
-// about this angle [rad] from there. Larger: a rest angle of more than a right angle is less exact;
-// smaller: forces there change more at once.
+// How the normal of a hinge that is nearly folded flat fades, relative to that of a flat one:
+// within about this angle [rad] from there. Larger: a rest angle of more than a right angle is less
+// exact; smaller: forces there change more at once.
 inline constexpr double kHingeBlur = 0.1;
 inline constexpr double kHingeBlurSq = kHingeBlur * kHingeBlur;
 // The normal of a flat hinge has the length 1 with it: sqrt(1 + kHingeBlurSq).
@@ -22,8 +22,8 @@ inline constexpr double kHingeNormalScale = 1.00498756211208903;
 // Squared: what keeps hinges that have no edge from a division by 0 [m^4].
 inline constexpr double kLeastHingeArea_m4 = 1e-24;
 
-// The normal of a hinge, 1 long where it is flat: along `edge` x `across`, `across` the side towards
-// its fourth particle less that towards the third, each over its height (equation 15a of
+// The normal of a hinge, 1 long where it is flat: along `edge` x `across`, `across` the side
+// towards its fourth particle less that towards the third, each over its height (equation 15a of
 // server/solver/method.md).
 inline Eigen::Vector3d HingeNormal(const Eigen::Vector3d& edge, const Eigen::Vector3d& across) {
   const Eigen::Vector3d normal = edge.cross(across);

@@ -71,6 +71,13 @@ float ElasticDeflection(ElasticElement element, Differences d) {
 
 // Impulses on the second to fourth particle [N s] (equation 16a); `gain` is stiffness times duration [N s/m].
 Differences HingeImpulses(ElasticElement element, Differences d, float gain) {
+  if (element.rest_length == 0.0) {  // what follows adds zeros
+    precise vec3 along = -gain * WeightedSum(element.weights, d);
+    precise vec3 along_a = element.weights.x * along;
+    precise vec3 along_b = element.weights.y * along;
+    precise vec3 along_c = element.weights.z * along;
+    return Differences(along_a, along_b, along_c);
+  }
   HingeShape shape = ShapeOfHinge(element.weights, element.rest_length, d);
   precise float slope = Dot(shape.from_rest, shape.normal) * shape.inverse_sq;
   precise vec3 turn = shape.rest * (shape.from_rest - slope * shape.normal);

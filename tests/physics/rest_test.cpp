@@ -102,7 +102,7 @@ Scene IrregularTube(uint32_t around, uint32_t rows, double hem_m, double off, ui
       const double down = (row + (is_edge ? 0 : jitter())) / (rows - 1);
       const double radius_m = 0.18 + (hem_m - 0.18) * down;
       mesh.positions_m.emplace_back(radius_m * std::cos(angle), -0.7 * down,
-                                   0.6 * radius_m * std::sin(angle));
+                                    0.6 * radius_m * std::sin(angle));
     }
   }
   for (uint32_t row = 0; row + 1 < rows; ++row) {

@@ -1,5 +1,5 @@
-// The force of a hinge (method.md, "apply_elastic"): the derivative of an energy, continuous where the
-// hinge passes from one side to the other.
+// The force of a hinge (method.md, "apply_elastic"): the derivative of an energy, continuous where
+// the hinge passes from one side to the other.
 #include <gtest/gtest.h>
 
 #include <algorithm>

@@ -39,18 +39,17 @@ using Impulses = std::array<Vector3d, 4>;  // on the particles of an element [N 
 
 // Of an element that acts along L.
 Impulses ImpulsesAlong(const ElasticElement& element, double mass, double frequency_sq,
-                        const ParticleState& state, double duration, double h,
-                        double max_frequency_sq) {
+                       const ParticleState& state, double duration, double h,
+                       double max_frequency_sq) {
   Impulses impulses = {Vector3d::Zero(), Vector3d::Zero(), Vector3d::Zero(), Vector3d::Zero()};
   const Vector3d l = WeightedSum(element, state.positions_m);
   const double length = l.norm();
   if (length < kMinDirectionLength_m) return impulses;
   const Vector3d direction = l / length;
   const double speed = WeightedSum(element, state.velocities_m_per_s).dot(direction);
-  const Vector3d impulse =
-      direction * ElasticImpulse(mass, frequency_sq, element.damping_share,
-                                 length - element.rest_length_m, speed, duration, h,
-                                 max_frequency_sq);
+  const Vector3d impulse = direction * ElasticImpulse(mass, frequency_sq, element.damping_share,
+                                                      length - element.rest_length_m, speed,
+                                                      duration, h, max_frequency_sq);
   for (size_t k = 0; k < 4; ++k) impulses[k] = element.weights[k] * impulse;
   return impulses;
 }
@@ -72,8 +71,7 @@ Impulses HingeImpulses(const ElasticElement& element, double stiffness,
   const Vector3d from_rest = WeightedSum(element, x) - rest * product;
   const double slope = from_rest.dot(product) / size_sq;
   const Vector3d turn = rest * (from_rest - slope * product);
-  const Vector3d on_edge =
-      across.cross(turn) - 8 * kHingeBlurSq * rest * slope * edge_sq * edge;
+  const Vector3d on_edge = across.cross(turn) - 8 * kHingeBlurSq * rest * slope * edge_sq * edge;
   const Vector3d on_sides = turn.cross(edge);
   const double gain = duration * stiffness;
   Impulses impulses;
@@ -97,7 +95,7 @@ std::vector<Vector3d> ChangesByElements(const SceneModel& model, std::span<const
     const Impulses impulses =
         element.acts_along()
             ? ImpulsesAlong(element, mass, frequency_sq, state, duration_s, substep_s,
-                             max_frequency_sq_per_s2)
+                            max_frequency_sq_per_s2)
             : HingeImpulses(element, mass * std::min(frequency_sq, max_frequency_sq_per_s2),
                             state.positions_m, duration_s);
     for (size_t k = 0; k < 4; ++k) {

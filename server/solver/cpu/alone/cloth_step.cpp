@@ -180,8 +180,9 @@ void Begin(const StepContext& context, const FloatState& state) {
   scratch.strips.resize(context.team.max_members());
   if (solver.hinge_period > 1) scratch.hinge_changes.resize(state.positions.size());
   scratch.accelerations.resize(model.has_springs() ? model.particle_count : 0);
-  scratch.elastic_impulses.resize(
-      solver.has_elastic_lines ? model.particle_count : 4 * model.elastic_groups.size() * kVec4Size);
+  scratch.elastic_impulses.resize(solver.has_elastic_lines
+                                      ? model.particle_count
+                                      : 4 * model.elastic_groups.size() * kVec4Size);
   if (context.controls.grid_strengths != nullptr) {
     scratch.grid_elastic.Prepare(model.grid_elements, context.team.max_members());
   }

@@ -88,8 +88,8 @@ const OwnElement* OwnElementOf(const GroupContext& context, size_t element) {
 
 // The impulses of a hinge on its particles of each cloth.
 template <class Positions>
-std::array<VectorsCloths, 4> ImpulsesOfHinge(const GroupContext& context, size_t element, const Positions& p,
-                            float duration) {
+std::array<VectorsCloths, 4> ImpulsesOfHinge(const GroupContext& context, size_t element,
+                                             const Positions& p, float duration) {
   const ElasticGroup& group = context.elastic_groups[element / kVec4Size];
   const size_t k = element % kVec4Size;
   const OwnElement* const own = OwnElementOf(context, element);
