@@ -17,13 +17,9 @@ constexpr double kRigidity_n_m = 3e-3;
 // Energy of all elements in a state, from their definition.
 double Energy(const std::vector<ElasticElement>& elements, const std::vector<Vector3d>& p) {
   double energy = 0;
-  for (const auto& [particles, weights, rest_length, stiffness, damping] : elements) {
-    Vector3d l = Vector3d::Zero();
-    for (size_t k = 0; k < 4; ++k) l += weights[k] * p[particles[k]];
-    const Vector3d normal =
-        (p[particles[1]] - p[particles[0]]).cross(p[particles[3]] - p[particles[2]]);
-    const double length = l.dot(normal) < 0 ? -l.norm() : l.norm();
-    energy += stiffness / 2 * std::pow(length - rest_length, 2);
+  for (const ElasticElement& element : elements) {
+    const double deflection = DeflectionOf_m(element, [&](uint32_t i) { return p[i]; });
+    energy += element.stiffness_n_per_m / 2 * deflection * deflection;
   }
   return energy;
 }
@@ -120,7 +116,10 @@ TEST(HingeTest, RestsAtTheAngleOfTheMesh) {
   for (Vector3d& p : other) p.y() = -p.y();
   // From l0 to -l0: twice the sine of the angle that both slopes have together, times the edge.
   const double l0 = 2 * std::sin(std::atan(0.4)) * 1;
-  EXPECT_NEAR(std::abs(hinge.rest_length_m), l0, 1e-12);
+  const Vector3d normal =
+      HingeNormal(roof[1] - roof[0],
+                  hinge.weights[2] * (roof[2] - roof[0]) - hinge.weights[3] * (roof[3] - roof[0]));
+  EXPECT_NEAR(std::abs(hinge.rest_length_m) * normal.norm(), l0, 1e-12);
   EXPECT_NEAR(Energy({hinge}, other), hinge.stiffness_n_per_m / 2 * 4 * l0 * l0, 1e-12);
   // Weights of a rigid motion: none.
   EXPECT_NEAR(hinge.weights[0] + hinge.weights[1] + hinge.weights[2] + hinge.weights[3], 0, 1e-15);
