@@ -29,11 +29,15 @@ void GatherEnds(std::span<const ElasticElement> elements, size_t particle_count,
   }
   std::partial_sum(shares.offsets.begin(), shares.offsets.end(), shares.offsets.begin());
   shares.ends.resize(shares.offsets.back());
+  if (!std::ranges::all_of(elements, &ElasticElement::acts_along)) shares.impulses_per_element = 4;
   std::vector<uint32_t> next(shares.offsets.begin(), shares.offsets.end() - 1);
   for (uint32_t e = 0; e < elements.size(); ++e) {
     for (size_t k = 0; k < 4; ++k) {
-      if (elements[e].weights[k] == 0) continue;
-      shares.ends[next[elements[e].particles[k]]++] = {e, static_cast<uint32_t>(k)};
+      const double weight = elements[e].weights[k];
+      if (weight == 0) continue;
+      shares.ends[next[elements[e].particles[k]]++] =
+          shares.impulses_per_element == 1 ? ElasticEnd{e, weight}
+                                           : ElasticEnd{4 * e + static_cast<uint32_t>(k), 1};
     }
   }
 }

@@ -89,16 +89,19 @@ ElasticElement Hinge(const std::array<uint32_t, 4>& ijkl,
 // the same angle on part of the area. Makes those elements stiffer accordingly.
 void StiffenAtClamps(const std::vector<bool>& is_pin, std::vector<ElasticElement>& elements);
 
-// An element as one of its particles sees it.
+// An element as one of its particles sees it: the impulse that acts on the particle, times the
+// weight.
 struct ElasticEnd {
-  uint32_t element = 0;
-  uint32_t place = 0;  // of the particle in it, 0 to 3
+  uint32_t impulse = 0;  // of those of all elements, impulses_per_element of each
+  double weight = 0;
 };
 
 // The elements of particle i are the entries offsets[i] .. offsets[i + 1] of `ends`, ascending.
 struct ElasticShares {
   std::vector<uint32_t> offsets;  // [particle_count + 1]
   std::vector<ElasticEnd> ends;
+  // One along L, or if any element does not act along it one on each of its four particles.
+  uint32_t impulses_per_element = 1;
   // The frequency at which an element alone would oscillate with the shares of its particles'
   // masses that it claims [1/s^2], [element_count], and the mass of that oscillator [kg]: mass *
   // frequency_sq is the stiffness. No particle is claimed for more than its mass, so the motion of

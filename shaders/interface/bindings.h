@@ -44,8 +44,10 @@
 // s/m].
 #define DRAPE_SPRING_END_WORDS 4
 // Words of an elastic element in a model: four particles, the weights of the second to fourth, rest
-// length [m], mass [kg], squared frequency [1/s^2], share of damping.
+// length [m], mass [kg], squared frequency [1/s^2], share of damping; of an end of one: impulse,
+// weight.
 #define DRAPE_ELASTIC_WORDS 11
+#define DRAPE_ELASTIC_END_WORDS 2
 // Kinds of families of elastic elements (scene/elastic_lines.h, ElasticKind).
 #define DRAPE_ELASTIC_RODS 0u
 #define DRAPE_ELASTIC_CELLS 1u

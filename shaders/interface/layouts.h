@@ -26,7 +26,7 @@ struct ModelLayout {
   // Only with elastic elements.
   uint elastic_elements;  // [elastic_count][DRAPE_ELASTIC_WORDS]
   uint elastic_offsets;   // [particle_count + 1] uint
-  uint elastic_ends;      // [], 4 times the element, plus the place in it
+  uint elastic_ends;      // [][DRAPE_ELASTIC_END_WORDS]
   uint elastic_families;  // [elastic_family_count][DRAPE_ELASTIC_FAMILY_WORDS]
   uint elastic_lines;     // [][DRAPE_ELASTIC_LINE_WORDS]
   // Only with tethers.
@@ -85,7 +85,7 @@ struct ScratchLayout {
   // only with colliders
   uint met_colliders;
   uint spring_accelerations;  // [particle_count][3] float [m/s^2]; only with springs
-  uint elastic_impulses;      // [elastic_count][4][3] float [N s]
+  uint elastic_impulses;      // [elastic_count][impulses_per_element][3] float [N s]
   uint
       elastic_solutions;  // [particle_count][DRAPE_ELASTIC_SOLUTION_WORDS]; only with solve_elastic
   uint hinge_changes;     // [particle_count][3] float [m/s]; only with solve_hinges

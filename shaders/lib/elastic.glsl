@@ -35,6 +35,9 @@ bool IsSpring(ElasticElement element) {
   return element.weights.y == 0.0 && element.weights.z == 0.0;
 }
 
+// Whether its impulses are along L.
+bool ActsAlong(ElasticElement element) { return element.rest_length == 0.0 || IsSpring(element); }
+
 // A hinge where its particles are (equation 15a). `across` is the side towards its fourth particle less that towards
 // the third, each times its weight.
 struct HingeShape {
@@ -62,7 +65,7 @@ HingeShape ShapeOfHinge(vec3 weights, float rest_length, Differences d) {
 
 // How far an element is from rest [m].
 float ElasticDeflection(ElasticElement element, Differences d) {
-  if (!IsSpring(element)) {
+  if (!ActsAlong(element)) {
     return Length(ShapeOfHinge(element.weights, element.rest_length, d).from_rest);
   }
   precise float deflection = Length(WeightedSum(element.weights, d)) - element.rest_length;
@@ -71,13 +74,6 @@ float ElasticDeflection(ElasticElement element, Differences d) {
 
 // Impulses on the second to fourth particle [N s] (equation 16a); `gain` is stiffness times duration [N s/m].
 Differences HingeImpulses(ElasticElement element, Differences d, float gain) {
-  if (element.rest_length == 0.0) {  // what follows adds zeros
-    precise vec3 along = -gain * WeightedSum(element.weights, d);
-    precise vec3 along_a = element.weights.x * along;
-    precise vec3 along_b = element.weights.y * along;
-    precise vec3 along_c = element.weights.z * along;
-    return Differences(along_a, along_b, along_c);
-  }
   HingeShape shape = ShapeOfHinge(element.weights, element.rest_length, d);
   precise float slope = Dot(shape.from_rest, shape.normal) * shape.inverse_sq;
   precise vec3 turn = shape.rest * (shape.from_rest - slope * shape.normal);

@@ -3,8 +3,8 @@
 #include "stages/elastic_element.glsl"
 #include "stages/kick.glsl"
 
-// Of a spring on its second particle [N s]; 0 if it has no direction.
-vec3 SpringImpulse(ElasticElement element, Differences d, float seconds) {
+// Of an element that acts along L [N s]; 0 if L has no direction.
+vec3 ImpulseAlong(ElasticElement element, Differences d, float seconds) {
   vec3 l = WeightedSum(element.weights, d);
   float len = Length(l);
   if (len < MIN_DIRECTION_LENGTH) return vec3(0.0);
@@ -18,38 +18,53 @@ vec3 SpringImpulse(ElasticElement element, Differences d, float seconds) {
   precise float per_length = ElasticImpulse(element, len - element.rest_length, speed, seconds, cloth.step.h,
                                             cloth.step.inverse_h, cloth.step.max_elastic_frequency_sq) /
                              len;
-  precise vec3 impulse = element.weights.x * (per_length * l);
-  return impulse;
+  precise vec3 along = per_length * l;
+  return along;
 }
 
-// The impulses of element e on its particles [N s].
+#ifdef HAS_HINGE_ANGLES
+// Impulses on the second to fourth particle [N s].
+Differences ElasticImpulses(ElasticElement element, Differences d, float seconds) {
+  if (!ActsAlong(element)) {
+    precise float gain =
+        element.mass * min(element.frequency_sq, cloth.step.max_elastic_frequency_sq) * seconds;
+    return HingeImpulses(element, d, gain);
+  }
+  vec3 along = ImpulseAlong(element, d, seconds);
+  precise vec3 a = element.weights.x * along;
+  precise vec3 b = element.weights.y * along;
+  precise vec3 c = element.weights.z * along;
+  return Differences(a, b, c);
+}
+#endif
+
+// The impulses of element e [N s].
 void StoreElasticImpulse(uint e, uint place, float seconds) {
   ElasticElement element = LoadElement(e);
   uvec4 i = element.particles;
   Differences d = DifferencesFrom(KickPosition(i.x, place), KickPosition(i.y, place),
                                   KickPosition(i.z, place), KickPosition(i.w, place));
-  Differences on = Differences(vec3(0.0), vec3(0.0), vec3(0.0));
-  if (IsSpring(element)) {
-    on.a = SpringImpulse(element, d, seconds);
-  } else {
-    precise float gain =
-        element.mass * min(element.frequency_sq, cloth.step.max_elastic_frequency_sq) * seconds;
-    on = HingeImpulses(element, d, gain);
-  }
+#ifdef HAS_HINGE_ANGLES
+  Differences on = ElasticImpulses(element, d, seconds);
   uint word = cloth.scratch.elastic_impulses + 12u * e;
   precise vec3 on_first = -(on.a + on.b + on.c);
   SetScratchVector(word, on_first);
   SetScratchVector(word + 3u, on.a);
   SetScratchVector(word + 6u, on.b);
   SetScratchVector(word + 9u, on.c);
+#else
+  SetScratchVector(cloth.scratch.elastic_impulses + 3u * e, ImpulseAlong(element, d, seconds));
+#endif
 }
 
-// The impulses of the elements of i, in ascending order [N s].
+// The impulses of the elements on i, in ascending order [N s].
 vec3 ImpulseOfElements(uint i) {
   uint end = models[cloth.model.elastic_offsets + i + 1u];
   precise vec3 impulse = vec3(0.0);
   for (uint k = models[cloth.model.elastic_offsets + i]; k < end; ++k) {
-    impulse += ScratchVector(cloth.scratch.elastic_impulses + 3u * models[cloth.model.elastic_ends + k]);
+    uint word = cloth.model.elastic_ends + DRAPE_ELASTIC_END_WORDS * k;
+    impulse = AddScaled(impulse, ModelFloat(word + 1u),
+                        ScratchVector(cloth.scratch.elastic_impulses + 3u * models[word]));
   }
   return impulse;
 }

@@ -10,14 +10,6 @@ namespace drape::bodies {
 
 using Eigen::Vector3d;
 
-namespace {
-
-bool IsHeld(const Particle& particle) {
-  return std::isinf(particle.mass_kg);
-}
-
-}  // namespace
-
 void ParticleContacts::Begin() {
   for (const Contact& contact : contacts_) places_[contact.particle] = 0;
   contacts_.clear();
@@ -47,7 +39,7 @@ void ParticleContacts::Predict(const PlacedCollider& body, const BodyNumbers& nu
   const auto [distance, n] = body.SurfaceAtStart(p);
   const Vector3d relative = v - body.start.VelocityAt(p);
   // Both fall, but for a particle that is held.
-  const double fall = IsHeld(particle) ? -numbers.gravity_m_per_s2.dot(n) : 0;
+  const double fall = particle.is_held() ? -numbers.gravity_m_per_s2.dot(n) : 0;
   const double rebound =
       ReboundSpeed(distance - numbers.thickness_m, relative.dot(n), fall, numbers);
   if (rebound > 0) ContactOf(particle.index).rebound = rebound;
@@ -92,7 +84,9 @@ double ParticleContacts::Solve(PlacedCollider& body, const BodyNumbers& numbers,
   Contact& contact = ContactOf(particle.index);
   // From where both start, so that their angular momentum together stays as it is.
   const Vector3d arm_m = p - body.start.position_m;
-  const auto velocity = [&]() -> Vector3d { return IsHeld(particle) ? body.VelocityAt(arm_m) : u; };
+  const auto velocity = [&]() -> Vector3d {
+    return particle.is_held() ? body.VelocityAt(arm_m) : u;
+  };
   const Vector3d before = velocity();
   const double floor = std::min(0.0, start_gap + kMaxDepenetrationSpeed_m_per_s * seconds);
   const double mobility = 1 / particle.mass_kg + body.MobilityAlong(n, arm_m);

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <cmath>
 #include <cstdint>
 #include <vector>
 
@@ -16,6 +17,8 @@ struct Particle {
   uint32_t index = 0;
   Eigen::Vector3d start_m = Eigen::Vector3d::Zero();
   double mass_kg = 0;  // infinite of what is held: its velocity is what the client asks for
+
+  bool is_held() const { return std::isinf(mass_kg); }
 };
 
 // Contacts are solved one after the other, each with what the others have left of the body: so many

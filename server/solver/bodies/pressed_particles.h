@@ -43,10 +43,6 @@ inline bool Presses(const Support& support, const Eigen::Vector3d& n, double fri
   return support.exists && -n.dot(support.n) >= std::min(kOpposite, 1 / std::hypot(1, friction));
 }
 
-inline bool IsHeld(const Particle& particle) {
-  return std::isinf(particle.mass_kg);
-}
-
 // Whether a particle moves along its support by no more than gravity does in a substep. What links
 // pull along it goes on with its own mass: as a wedge of the mass of its support it would throw the
 // body.
@@ -68,7 +64,7 @@ class ParticleSweep {
   double Solve(uint32_t i) {
     const Particle particle = cloth_.ParticleOf(i);
     Eigen::Vector3d u = cloth_.Velocity(i);
-    if (IsHeld(particle) || !cloth_.HasColliders()) return SolveAs(particle, u);
+    if (particle.is_held() || !cloth_.HasColliders()) return SolveAs(particle, u);
     const double way_m = bodies_.seconds() * u.norm();
     const double gap = bodies_.SurfaceOfBody(k_, PlaceOf(particle, u)).distance_m;
     if (gap >= way_m && !bodies_.HasPushed(k_, i)) return 0;
@@ -113,7 +109,7 @@ class ParticleSweep {
     const double change = bodies_.Solve(k_, particle, u);
     if (change == 0) return 0;
     cloth_.SetVelocity(particle.index, u);
-    if (IsHeld(particle)) cloth_.PassOn(k_, particle.index);
+    if (particle.is_held()) cloth_.PassOn(k_, particle.index);
     return change;
   }
   double Press(Particle particle, bool is_first = true) {
@@ -147,7 +143,7 @@ template <class Cloth>
 void CorrectParticle(Bodies& bodies, size_t k, uint32_t i, const Eigen::Vector3d& p, Cloth& cloth) {
   Particle particle = cloth.ParticleOf(i);
   Eigen::Vector3d v = cloth.Velocity(i);
-  if (!IsHeld(particle) && cloth.HasColliders()) {
+  if (!particle.is_held() && cloth.HasColliders()) {
     const Eigen::Vector3d n = bodies.SurfaceOfBody(k, p).outward;
     const Support support = cloth.SupportOf(i, p, n);
     if (Presses(support, n, bodies.numbers().friction_static) &&
@@ -166,7 +162,7 @@ void CorrectParticle(Bodies& bodies, size_t k, uint32_t i, const Eigen::Vector3d
   }
   bodies.Correct(k, particle, p, v);
   cloth.SetVelocity(i, v);
-  if (IsHeld(particle)) cloth.PassOn(k, i);
+  if (particle.is_held()) cloth.PassOn(k, i);
 }
 
 }  // namespace drape::bodies

@@ -132,7 +132,10 @@ void PackElastic(const SceneModel& model, PackedModel& packed) {
   packed.layout.elastic_offsets = Position(words);
   words.insert(words.end(), shares.offsets.begin(), shares.offsets.end());
   packed.layout.elastic_ends = Position(words);
-  for (const ElasticEnd& end : shares.ends) words.push_back(4 * end.element + end.place);
+  for (const ElasticEnd& end : shares.ends) {
+    words.push_back(end.impulse);
+    words.push_back(FloatWord(end.weight));
+  }
   const ElasticLines& lines = model.elastic_lines();
   packed.layout.elastic_families = Position(words);
   for (const ElasticFamily& family : lines.families) {

@@ -35,11 +35,12 @@ enum class Feature : uint8_t {
   kGrips,        // particles that are held for a while
   kEnergyWatch,  // a step that gains energy for no reason is found
   kRemainders,   // what rounding takes from positions is carried on
+  kHingeAngles,  // hinges drawn at an angle: each has an impulse on each of its particles
   kImpulses,     // of a step that tells them; no bit of a state depends on it
 };
 
 // [Feature], in the order above.
-inline constexpr std::array<std::string_view, 21> kFeatureNames = {
+inline constexpr std::array<std::string_view, 22> kFeatureNames = {
     "spring_forces",
     "compliance",
     "inequalities",
@@ -60,6 +61,7 @@ inline constexpr std::array<std::string_view, 21> kFeatureNames = {
     "grips",
     "energy_watch",
     "remainders",
+    "hinge_angles",
     "impulses",
 };
 static_assert(static_cast<size_t>(Feature::kImpulses) + 1 == kFeatureNames.size());

@@ -58,7 +58,8 @@ PackedLayout<shader::ScratchLayout> LayOutScratch(const PlannedCloth& cloth, boo
   layout.violations = append(colliders > 0, particles);
   layout.met_colliders = append(colliders > 0, particles);
   layout.spring_accelerations = append(model.spring_count() > 0, 3 * particles);
-  layout.elastic_impulses = packed.Append(uint64_t{12} * model.elastic_count());
+  layout.elastic_impulses = packed.Append(
+      uint64_t{3} * model.elastic_shares().impulses_per_element * model.elastic_count());
   layout.elastic_solutions =
       append(plan.Has(StepStage::kSolveElastic), DRAPE_ELASTIC_SOLUTION_WORDS * particles);
   layout.hinge_changes = append(plan.Has(StepStage::kSolveHinges), 3 * particles);

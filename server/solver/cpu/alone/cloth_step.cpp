@@ -182,7 +182,8 @@ void Begin(const StepContext& context, const FloatState& state) {
   scratch.accelerations.resize(model.has_springs() ? model.particle_count : 0);
   scratch.elastic_impulses.resize(solver.has_elastic_lines
                                       ? model.particle_count
-                                      : 4 * model.elastic_groups.size() * kVec4Size);
+                                      : model.elastic_groups.size() * kVec4Size *
+                                            model.source->elastic_shares().impulses_per_element);
   if (context.controls.grid_strengths != nullptr) {
     scratch.grid_elastic.Prepare(model.grid_elements, context.team.max_members());
   }

@@ -29,11 +29,23 @@ HWY_INLINE Vectors8 DifferencesAt(const ElasticGroup* groups, size_t place, cons
   return Transpose(d);
 }
 
+// One vector of each of eight elements, to every `stride`-th of `impulses`.
+HWY_INLINE void StoreEight(const Vectors8& vectors, size_t stride, Vec4* impulses) {
+  const VectorPairs of_elements = Transpose(vectors);
+#pragma GCC unroll 4
+  for (uint32_t k = 0; k < kVec4Size; ++k) {
+    const auto [low, high] = SplitVectors(of_elements[k]);
+    impulses[stride * k] = low;
+    impulses[stride * (k + kVec4Size)] = high;
+  }
+}
+
 // The impulses of hinges, all from the same positions; pairs [begin, end) of groups.
 void StoreHingeImpulses(const StepContext& context, const Vec4* p, float duration, size_t begin,
                         size_t end) {
   const Vec8 max_frequency_sq = Splat8(context.controls.max_elastic_frequency_sq);
-  Vec4* impulses = context.scratch.elastic_impulses.data() + 4 * begin * kVec8Size;
+  const size_t per_element = context.model.source->elastic_shares().impulses_per_element;
+  Vec4* impulses = context.scratch.elastic_impulses.data() + per_element * begin * kVec8Size;
   for (size_t pair = begin; pair < end; ++pair) {
     const ElasticGroup* const groups = context.model.elastic_groups.data() + 2 * pair;
     const ElementDifferences<Vectors8> d = {
@@ -43,19 +55,17 @@ void StoreHingeImpulses(const StepContext& context, const Vec4* p, float duratio
     const Vec8 frequency_sq = JoinVectors(groups[0].frequency_sq, groups[1].frequency_sq);
     const Vec8 stiffness = JoinVectors(groups[0].mass, groups[1].mass) *
                            Select(frequency_sq > max_frequency_sq, max_frequency_sq, frequency_sq);
-    const std::array<Vectors8, 4> on_places = HingeImpulses(
-        weights, JoinVectors(groups[0].rest_length, groups[1].rest_length), stiffness, d, duration);
+    if (per_element == 1) {
+      StoreEight(ImpulseOfFlatHinge(weights, stiffness, d, duration), 1, impulses);
+    } else {
+      const std::array<Vectors8, 4> on_places =
+          HingeImpulses(weights, JoinVectors(groups[0].rest_length, groups[1].rest_length),
+                        stiffness, d, duration);
 #pragma GCC unroll 4
-    for (uint32_t place = 0; place < 4; ++place) {
-      const VectorPairs of_elements = Transpose(on_places[place]);
-#pragma GCC unroll 4
-      for (uint32_t k = 0; k < kVec4Size; ++k) {
-        const auto [low, high] = SplitVectors(of_elements[k]);
-        impulses[4 * k + place] = low;
-        impulses[4 * (k + kVec4Size) + place] = high;
-      }
+      for (uint32_t place = 0; place < 4; ++place)
+        StoreEight(on_places[place], 4, impulses + place);
     }
-    impulses += 4 * kVec8Size;
+    impulses += per_element * kVec8Size;
   }
 }
 
@@ -83,7 +93,8 @@ void ForHingeChanges(const StepContext& context, const Vec4* positions, float du
   const auto impulse_on = [&](uint32_t i) {
     Vec4 impulse{};
     for (uint32_t e = model.elastic_offsets[i]; e < model.elastic_offsets[i + 1]; ++e) {
-      impulse += scratch.elastic_impulses[model.elastic_ends[e]];
+      const FloatElasticEnd& end = model.elastic_ends[e];
+      impulse += end.weight * scratch.elastic_impulses[end.impulse];
     }
     return impulse;
   };

@@ -148,6 +148,13 @@ inline Vectors WeightedSum(const ElementDifferences<Vectors>& d, const Weights& 
   return (w_a * d.a + w_b * d.b) + w_c * d.c;
 }
 
+// The impulse of a hinge that is flat at rest, along L (equation 16); it acts times the weights.
+template <class Vectors, class Weights, class Scalars>
+inline Vectors ImpulseOfFlatHinge(const Weights& weights, const Scalars& stiffness,
+                                  const ElementDifferences<Vectors>& d, float duration) {
+  return (-stiffness * duration) * WeightedSum(d, weights);
+}
+
 // Impulses of a hinge on its particles within `duration` [s] (equations 15a and 16a of
 // server/solver/method.md): they add up to 0. `stiffness` [N/m], `d` the differences of positions
 // [m].
@@ -159,23 +166,16 @@ inline std::array<Vectors, 4> HingeImpulses(const Weights& weights, const Scalar
   const auto splat = [&](double value) {
     return SplatLike(static_cast<float>(value), rest_length);
   };
-  const Vectors l = WeightedSum(d, weights);
-  const Scalars gain = stiffness * duration;
-  // Where a hinge is flat at rest, what follows adds zeros.
-  if (!IsAnyLaneSet(Abs(rest_length) > splat(0))) {
-    const Vectors impulse = -gain * l;
-    const Vectors a = w_a * impulse, b = w_b * impulse, c = w_c * impulse;
-    return {splat(-1) * (a + b + c), a, b, c};
-  }
   const Vectors across = w_b * d.b - w_c * d.c;
   const Vectors normal = Cross(d.a, across);
   const Scalars edge_sq = Dot(d.a, d.a);
   const Scalars blur_sq = splat(4 * kHingeBlurSq) * edge_sq * edge_sq + splat(kLeastHingeArea_m4);
   const Scalars inverse_sq = splat(1) / (Dot(normal, normal) + blur_sq);
   const Scalars rest = splat(kHingeNormalScale) * (rest_length * Sqrt(inverse_sq));
-  const Vectors from_rest = l - rest * normal;
+  const Vectors from_rest = WeightedSum(d, weights) - rest * normal;
   const Scalars slope = Dot(from_rest, normal) * inverse_sq;
   const Vectors turn = rest * (from_rest - slope * normal);
+  const Scalars gain = stiffness * duration;
   const Vectors impulse = -gain * from_rest;
   const Vectors on_edge =
       gain * (Cross(across, turn) - (splat(8 * kHingeBlurSq) * rest * slope * edge_sq) * d.a);

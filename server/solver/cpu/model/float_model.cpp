@@ -352,7 +352,7 @@ void PackElastic(FloatModel& model) {
   }
   model.elastic_offsets = shares.offsets;
   for (const ElasticEnd& end : shares.ends) {
-    model.elastic_ends.push_back(4 * end.element + end.place);
+    model.elastic_ends.push_back({end.impulse, static_cast<float>(end.weight)});
   }
 }
 

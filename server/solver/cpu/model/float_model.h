@@ -113,6 +113,11 @@ struct ElasticGroup {
   Vec4 damping_share;
 };
 
+struct FloatElasticEnd {
+  uint32_t impulse;
+  float weight;
+};
+
 struct FloatSpringEnd {
   uint32_t other_particle;
   float rest_length;  // [m]
@@ -216,7 +221,7 @@ struct FloatModel {
   std::vector<float> corner_shares;            // [particle_count]; only with triangles
   std::vector<ElasticGroup> elastic_groups;    // in the order of the source
   std::vector<uint32_t> elastic_offsets;       // [particle_count + 1]
-  std::vector<uint32_t> elastic_ends;          // 4 times the element, plus the place in it
+  std::vector<FloatElasticEnd> elastic_ends;   // as ElasticEnd
   std::vector<uint32_t> spring_offsets;        // [particle_count + 1]; empty without springs
   std::vector<FloatSpringEnd> spring_ends;
   float length_scale;  // [m]

@@ -86,10 +86,10 @@ const OwnElement* OwnElementOf(const GroupContext& context, size_t element) {
   return place != 0 ? &context.own_pins.elements[place] : nullptr;
 }
 
-// The impulses of a hinge on its particles of each cloth.
+// Stores the impulses of a hinge of each cloth.
 template <class Positions>
-std::array<VectorsCloths, 4> ImpulsesOfHinge(const GroupContext& context, size_t element,
-                                             const Positions& p, float duration) {
+void StoreHingeImpulses(const GroupContext& context, size_t element, const Positions& p,
+                        float duration) {
   const ElasticGroup& group = context.elastic_groups[element / kVec4Size];
   const size_t k = element % kVec4Size;
   const OwnElement* const own = OwnElementOf(context, element);
@@ -101,8 +101,14 @@ std::array<VectorsCloths, 4> ImpulsesOfHinge(const GroupContext& context, size_t
   const std::array<VecCloths, 3> weights = {SplatCloths(group.weights[0][k]),
                                             SplatCloths(group.weights[1][k]),
                                             SplatCloths(group.weights[2][k])};
-  return HingeImpulses(weights, SplatCloths(group.rest_length[k]), stiffness,
-                       Differences(group, k, p), duration);
+  const ElementDifferences<VectorsCloths> d = Differences(group, k, p);
+  if (context.model.source->elastic_shares().impulses_per_element == 1) {
+    context.impulses[element] = ImpulseOfFlatHinge(weights, stiffness, d, duration);
+    return;
+  }
+  const auto on_places =
+      HingeImpulses(weights, SplatCloths(group.rest_length[k]), stiffness, d, duration);
+  std::copy(on_places.begin(), on_places.end(), context.impulses + 4 * element);
 }
 
 // change(i, v): the change of the velocity of each free particle i by the impulses on it,
@@ -129,11 +135,11 @@ void ForHingeChanges(const GroupContext& context, const Positions& p, float dura
                      const Change& change, const Pull& pull) {
   const FloatModel& model = context.model;
   const size_t element_count = model.source->elastic_elements().size();
-  for (size_t e = 0; e < element_count; ++e) {
-    const auto on_places = ImpulsesOfHinge(context, e, p, duration);
-    std::copy(on_places.begin(), on_places.end(), context.impulses + 4 * e);
-  }
-  const auto impulse = [&](uint32_t e) { return context.impulses[model.elastic_ends[e]]; };
+  for (size_t e = 0; e < element_count; ++e) StoreHingeImpulses(context, e, p, duration);
+  const auto impulse = [&](uint32_t e) {
+    const FloatElasticEnd& end = model.elastic_ends[e];
+    return SplatCloths(end.weight) * context.impulses[end.impulse];
+  };
   ForChanges(context, model.elastic_offsets, impulse, change, pull);
 }
 

@@ -240,7 +240,8 @@ struct GroupContext {
         controls.Has(StepStage::kApplyWind) ? model.source->triangles().size() : 0;
     const size_t cells = controls.plan.solver.has_elastic_lines ? model.particle_count : 0;
     const size_t forces = controls.grid_strengths == nullptr
-                              ? 4 * model.source->elastic_elements().size()
+                              ? model.source->elastic_elements().size() *
+                                    model.source->elastic_shares().impulses_per_element
                               : (kAllKeptRows + kKeptPositions) * (model.grid_elements.columns + 2);
     return std::max({forces, triangles, cells});
   }

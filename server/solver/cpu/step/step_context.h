@@ -102,8 +102,8 @@ struct StepScratch {
   std::vector<Vec4> predicted;      // positions for kicks within a substep
   std::vector<Vec4> accelerations;  // [particle_count] springs (+ gravity if IN_FORCE)
   std::vector<Vec4> air_impulses;   // [triangle group][lane] a third of the impulse [N s]
-  // [elastic group][lane][4] on the particles of a hinge [N s]; with lines of each cell at its
-  // first particle
+  // [elastic group][lane][impulses_per_element] [N s]; with lines of each cell at its first
+  // particle
   std::vector<Vec4> elastic_impulses;
   GridElasticScratch grid_elastic;
   // [particle_count] of velocities by the last stage [m/s], or shared [m/s^2]
