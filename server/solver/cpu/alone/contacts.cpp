@@ -55,8 +55,14 @@ bool PredictContactsOf(const StepContext& context, const Surfaces& surfaces,
     const Vec4 p = scratch.state.positions[i];
     float quiet_round_off = 0;
     for (size_t k = 0; k < surfaces.size(); ++k) {
+      const size_t place = i * surfaces.size() + k;
+      // The speed of a rebound is that when the substep starts.
+      if (!controls.has_restitution && surfaces[k].IsClearAtStart(scratch.clearances[place], p)) {
+        continue;
+      }
       const Gap gap = surfaces[k].GapAtStart(p);
-      ContactImpulses& contact = scratch.contacts[i * surfaces.size() + k];
+      scratch.clearances[place] = surfaces[k].ClearanceAtStart(p, gap.gap);
+      ContactImpulses& contact = scratch.contacts[place];
       contact = {Vec4{}, 0, ContactFloor(gap.gap, controls.depenetration_distance), 0};
       if (!controls.has_restitution && !has_quiet_links) continue;
       const Vec4 v = VelocityBefore(surfaces[k], p, scratch.state.velocities[i]);
@@ -79,10 +85,13 @@ void FindContactFloorsOf(const StepContext& context, const Surfaces& surfaces,
                          std::span<const uint32_t> particles) {
   StepScratch& scratch = context.scratch;
   for (const uint32_t i : particles) {
+    const Vec4 p = scratch.state.positions[i];
     for (size_t k = 0; k < surfaces.size(); ++k) {
-      scratch.contacts[i * surfaces.size() + k].floor =
-          ContactFloor(surfaces[k].GapAtStart(scratch.state.positions[i]).gap,
-                       context.controls.depenetration_distance);
+      const size_t place = i * surfaces.size() + k;
+      if (surfaces[k].IsClearAtStart(scratch.clearances[place], p)) continue;
+      const float gap = surfaces[k].GapAtStart(p).gap;
+      scratch.contacts[place].floor = ContactFloor(gap, context.controls.depenetration_distance);
+      scratch.clearances[place] = {};
     }
   }
 }
@@ -156,8 +165,11 @@ bool SolveContactsOf(const StepContext& context, const Surfaces& surfaces,
       const Vec4 place = p + interval * u;
       [[maybe_unused]] const Vec4 before = u;
       watch.See(place);
-      changed |=
-          SolveContact(context, surfaces[k], i, p, scratch.contacts[i * surfaces.size() + k], u);
+      Clearance& clearance = scratch.clearances[i * surfaces.size() + k];
+      if (surfaces[k].IsClearAtEnd(clearance, place)) continue;
+      ContactImpulses& contact = scratch.contacts[i * surfaces.size() + k];
+      changed |= SolveContact(context, surfaces[k], i, p, contact, u);
+      if (contact.normal > 0 || Dot(contact.tangent, contact.tangent) > 0) clearance = {};
       if constexpr (kAsks) {
         context.impulses()->Push(i, k, context.model.free_masses[i] * (u - before), place);
       }
@@ -207,7 +219,9 @@ void CorrectVelocityOf(const StepContext& context, const Surfaces& surfaces,
     Vec4 v = state.velocities[i];
     size_t landed_on = surfaces.size();  // the first one; none
     for (size_t k = 0; k < surfaces.size(); ++k) {
-      const ContactImpulses& contact = context.scratch.contacts[i * surfaces.size() + k];
+      const size_t place = i * surfaces.size() + k;
+      if (context.scratch.clearances[place].way > 0) continue;
+      const ContactImpulses& contact = context.scratch.contacts[place];
       if (!(contact.normal > 0)) continue;
       if (is_two_step && landed_on > k && HasLanded(context, surfaces[k], i)) landed_on = k;
       [[maybe_unused]] const Vec4 before = v;

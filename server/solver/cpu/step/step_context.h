@@ -117,8 +117,10 @@ struct StepScratch {
   std::vector<Vec4> rest_lengths;    // [group_count] [m] at the end of the substep; only of its own
   ColliderReach reach;
   std::vector<ContactImpulses> contacts;  // [particle_count][reach.near]
-  std::vector<float> quiet_round_offs;    // [particle_count + 1] [m]; only with quiet links
-  bool has_quiet_particles = false;       // any of them is not 0
+  // [particle_count][reach.near] Of a particle that is clear no sweep has asked for an impulse.
+  std::vector<Clearance> clearances;
+  std::vector<float> quiet_round_offs;  // [particle_count + 1] [m]; only with quiet links
+  bool has_quiet_particles = false;     // any of them is not 0
   // [reach.near] in the substep under way; empty if all rest as described.
   std::vector<MovingSurface> surfaces;
   std::shared_ptr<SelfContactMemory> self_contacts;        // made when a cloth first needs it
