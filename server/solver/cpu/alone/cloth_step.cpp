@@ -193,7 +193,7 @@ void Begin(const StepContext& context, const FloatState& state) {
   const bool has_impulses = model.has_compliance() || model.has_inequalities();
   scratch.distance_impulses.resize(has_impulses ? model.groups.size() + 1 : 0);
   scratch.contacts.resize(model.particle_count * scratch.reach.near.size());
-  scratch.clearances.assign(scratch.contacts.size(), {});
+  scratch.clearances.Reset(state.positions.size(), scratch.reach.near.size());
   if (solver.has_quiet_links) scratch.quiet_round_offs.assign(state.positions.size(), 0);
   scratch.has_quiet_particles = false;
   scratch.self_contacts_failed = false;

@@ -2,81 +2,141 @@
 
 #include <algorithm>
 #include <atomic>
-#include <cmath>
+#include <cstddef>
 #include <span>
-#include <type_traits>
+#include <vector>
 
-#include "server/solver/cpu/formulas/constraint_math.h"
-#include "server/solver/cpu/formulas/contact_math-inl.h"
-#include "server/solver/cpu/step/collider_gap.h"
-#include "server/solver/cpu/step/collider_surface.h"
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "server/solver/cpu/alone/contacts.cpp"
+#include <hwy/foreach_target.h>
+#include <hwy/highway.h>
 
-namespace drape::cpu {
+#include "server/solver/cpu/alone/particle_block-inl.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace drape::cpu::HWY_NAMESPACE {
 namespace {
 
-using namespace HWY_NAMESPACE;  // contact_math-inl.h; nothing here depends on what it is
-
-// Those near colliders that rest as described.
-class RestingSurfaces {
+// The near colliders, of one type or the other.
+class RestingList {
  public:
-  explicit RestingSurfaces(const StepContext& context)
-      : colliders_(context.controls.colliders.data()), near_(context.scratch.reach.near) {}
-  size_t size() const { return near_.size(); }
-  RestingSurface operator[](size_t k) const { return RestingSurface(colliders_[near_[k]]); }
+  explicit RestingList(const StepContext& context) : context_(context) {}
+  size_t size() const { return context_.scratch.reach.near.size(); }
+  RestingOfCloth operator[](size_t k) const {
+    return {context_.scratch.lane_colliders.Get<ClothCollider>()[k],
+            context_.controls.colliders[context_.scratch.reach.near[k]]};
+  }
 
  private:
-  const FloatCollider* colliders_;
-  std::span<const uint32_t> near_;
+  const StepContext& context_;
+};
+class MovingList {
+ public:
+  explicit MovingList(const StepContext& context) : context_(context) {}
+  size_t size() const { return context_.scratch.reach.near.size(); }
+  MovingOfCloth operator[](size_t k) const {
+    return {context_.scratch.lane_colliders.Get<ClothCollider>()[k],
+            context_.controls.colliders[context_.scratch.reach.near[k]],
+            context_.scratch.lane_motions.Get<ClothMotion>()[k], context_.scratch.surfaces[k]};
+  }
+
+ private:
+  const StepContext& context_;
 };
 
-// The near colliders as a list of surfaces, of one type or the other.
+// function(surfaces)
 template <class Function>
 auto WithSurfaces(const StepContext& context, const Function& function) {
-  if (context.collider_motions.empty()) return function(RestingSurfaces(context));
-  return function(std::span<const MovingSurface>(context.scratch.surfaces));
+  if (context.collider_motions.empty()) return function(RestingList(context));
+  return function(MovingList(context));
 }
 
-// Relative to the surface where the particle is.
-template <class Surface>
-Vec4 VelocityBefore(const Surface& surface, Vec4 p, Vec4 v) {
-  if constexpr (Surface::kMoves) return v - surface.VelocityAtStart(p);
-  return v;
+void SpreadColliders(const StepContext& context, uint32_t index, float substep_s) {
+  StepScratch& scratch = context.scratch;
+  const std::vector<uint32_t>& near = scratch.reach.near;
+  const auto described = [&](size_t k) -> const FloatCollider& {
+    return context.controls.colliders[near[k]];
+  };
+  if (index == 0) {
+    auto* const colliders = scratch.lane_colliders.Reserve<ClothCollider>(near.size());
+    for (size_t k = 0; k < near.size(); ++k) colliders[k] = InAllLanes(described(k));
+  }
+  if (scratch.surfaces.empty()) return;
+  auto* const motions = scratch.lane_motions.Reserve<ClothMotion>(near.size());
+  for (size_t k = 0; k < near.size(); ++k) {
+    motions[k] = InAllLanes(scratch.surfaces[k], described(k), substep_s);
+  }
+}
+
+ContactNumbers NumbersOf(const StepContext& context) {
+  const FloatControls& controls = context.controls;
+  const FloatSubstep& substep = context.substep;
+  return {.gravity = SplatVectors(controls.gravity),
+          .friction_static = SplatCloths(controls.friction_static),
+          .friction_dynamic = SplatCloths(controls.friction_dynamic),
+          .restitution = SplatCloths(controls.restitution),
+          .slowest_rebound = SplatCloths(controls.slowest_rebound),
+          .slowest_landing = SplatCloths(controls.slowest_landing),
+          .h = controls.h,
+          .interval = substep.interval,
+          .inverse_interval = substep.inverse_interval,
+          .half_interval = substep.half_interval,
+          .depenetration_distance = controls.depenetration_distance,
+          .tolerance = controls.contact_tolerance,
+          .is_two_step = substep.is_two_step,
+          .has_restitution = controls.has_restitution,
+          .has_quiet_links = controls.plan.solver.has_quiet_links};
+}
+
+MaskCloths AllLanes() {
+  return SplatCloths(0) >= SplatCloths(0);
+}
+
+// The particles that may touch one of `count` surfaces: those that are not clear of all.
+template <class AreClear>
+HWY_INLINE MaskCloths MayTouch(const ParticleBlock& block, size_t count,
+                               const AreClear& are_clear) {
+  MaskCloths clear_of_all = AllLanes();
+  for (size_t k = 0; k < count; ++k) clear_of_all &= are_clear(k);
+  return AndNot(clear_of_all, block.lanes());
 }
 
 // From positions and velocities before the substep. Returns whether a particle has quiet links.
 template <class Surfaces>
 bool PredictContactsOf(const StepContext& context, const Surfaces& surfaces,
                        std::span<const uint32_t> particles) {
-  const FloatControls& controls = context.controls;
   StepScratch& scratch = context.scratch;
-  const bool has_quiet_links = controls.plan.solver.has_quiet_links;
-  bool has_quiet_particles = false;
-  for (const uint32_t i : particles) {
-    const Vec4 p = scratch.state.positions[i];
-    float quiet_round_off = 0;
-    for (size_t k = 0; k < surfaces.size(); ++k) {
-      const size_t place = i * surfaces.size() + k;
-      // The speed of a rebound is that when the substep starts.
-      if (!controls.has_restitution && surfaces[k].IsClearAtStart(scratch.clearances[place], p)) {
-        continue;
-      }
-      const Gap gap = surfaces[k].GapAtStart(p);
-      scratch.clearances[place] = surfaces[k].ClearanceAtStart(p, gap.gap);
-      ContactImpulses& contact = scratch.contacts[place];
-      contact = {Vec4{}, 0, ContactFloor(gap.gap, controls.depenetration_distance), 0};
-      if (!controls.has_restitution && !has_quiet_links) continue;
-      const Vec4 v = VelocityBefore(surfaces[k], p, scratch.state.velocities[i]);
-      if (controls.has_restitution) {
-        contact.rebound = ReboundSpeed(gap.gap, gap.normal, v, controls.gravity,
-                                       controls.restitution, controls.slowest_rebound);
-      }
-      quiet_round_off = std::max(quiet_round_off, QuietRoundOff(gap.gap, surfaces[k].RoundOff(p), p,
-                                                                v, controls.slowest_landing));
-    }
-    if (!has_quiet_links) continue;
-    scratch.quiet_round_offs[i] = quiet_round_off;
-    has_quiet_particles |= quiet_round_off > 0;
+  const ContactNumbers numbers = NumbersOf(context);
+  if (numbers.has_quiet_links) {
+    for (const uint32_t i : particles) scratch.quiet_round_offs[i] = 0;
   }
+  bool has_quiet_particles = false;
+  const auto may_touch = [&](const ParticleBlock& block) {
+    // The speed of a rebound is that when the substep starts.
+    if (numbers.has_restitution) return block.lanes();
+    const VectorsCloths p = block.Load(scratch.state.positions);
+    return MayTouch(block, surfaces.size(), [&](size_t k) {
+      return surfaces[k].IsClearAtStart(block.LoadClearance(scratch.clearances, k), p);
+    });
+  };
+  ForBlocks(particles, may_touch, [&](const ParticleBlock& block) {
+    const VectorsCloths p = block.Load(scratch.state.positions);
+    const VectorsCloths v = block.Load(scratch.state.velocities);
+    VecCloths quiet_round_off = SplatCloths(0);
+    for (size_t k = 0; k < surfaces.size(); ++k) {
+      ClothContact contact;
+      const VecCloths gap = PredictContact(numbers, surfaces[k], p, v, contact, quiet_round_off);
+      block.StoreContact(contact, scratch.contacts, surfaces.size(), k);
+      block.StoreClearance(surfaces[k].ClearanceAtStart(p, gap), scratch.clearances, k);
+    }
+    if (!numbers.has_quiet_links) return;
+    alignas(64) float round_offs[kClothCount];
+    hn::Store(quiet_round_off.v, ClothsTag(), round_offs);
+    ForLanes(block.lanes() & (quiet_round_off > SplatCloths(0)), [&](uint32_t lane) {
+      scratch.quiet_round_offs[block.particle(lane)] = round_offs[lane];
+      has_quiet_particles = true;
+    });
+  });
   return has_quiet_particles;
 }
 
@@ -84,185 +144,218 @@ template <class Surfaces>
 void FindContactFloorsOf(const StepContext& context, const Surfaces& surfaces,
                          std::span<const uint32_t> particles) {
   StepScratch& scratch = context.scratch;
-  for (const uint32_t i : particles) {
-    const Vec4 p = scratch.state.positions[i];
-    for (size_t k = 0; k < surfaces.size(); ++k) {
-      const size_t place = i * surfaces.size() + k;
-      if (surfaces[k].IsClearAtStart(scratch.clearances[place], p)) continue;
-      const float gap = surfaces[k].GapAtStart(p).gap;
-      scratch.contacts[place].floor = ContactFloor(gap, context.controls.depenetration_distance);
-      scratch.clearances[place] = {};
+  const size_t count = surfaces.size();
+  const auto are_clear = [&](const ParticleBlock& block, size_t k, const VectorsCloths& p) {
+    return surfaces[k].IsClearAtStart(block.LoadClearance(scratch.clearances, k), p);
+  };
+  const auto may_touch = [&](const ParticleBlock& block) {
+    return MayTouch(block, count, [&](size_t k) {
+      return are_clear(block, k, block.Load(scratch.state.positions));
+    });
+  };
+  ForBlocks(particles, may_touch, [&](const ParticleBlock& block) {
+    const VectorsCloths p = block.Load(scratch.state.positions);
+    for (size_t k = 0; k < count; ++k) {
+      const MaskCloths lanes = AndNot(are_clear(block, k, p), block.lanes());
+      if (!IsAnyLaneSet(lanes)) continue;
+      ClothContact contact = block.LoadContact(scratch.contacts, count, k);
+      contact.floor =
+          ContactFloor(surfaces[k].GapAtStart(p).gap, context.controls.depenetration_distance);
+      block.StoreContact(contact, scratch.contacts, count, k);
+      ForLanes(lanes, [&](uint32_t lane) { scratch.clearances.Forget(k, block.particle(lane)); });
     }
-  }
-}
-
-// From where particle i, predicted from b, was before the substep to where it will be after it,
-// relative to the surface.
-template <class Surface>
-Vec4 WayOf(const StepContext& context, const Surface& surface, uint32_t i, Vec4 b, Vec4 u) {
-  const FloatSubstep& substep = context.substep;
-  const Vec4 move = substep.interval * u;
-  const Vec4 p = substep.is_two_step ? context.scratch.previous.positions[i] : b;
-  const Vec4 way = substep.is_two_step ? (b - p) + move : move;
-  if constexpr (Surface::kMoves) return way - surface.WayOf(p);
-  return way;
-}
-
-// One particle against one collider. Returns whether it changed u.
-template <class Surface>
-bool SolveContact(const StepContext& context, const Surface& surface, uint32_t i, Vec4 p,
-                  ContactImpulses& contact, Vec4& u) {
-  const FloatControls& controls = context.controls;
-  const float interval = context.substep.interval;
-  bool changed = false;
-  const Vec4 q = p + interval * u;
-  const Gap at_end = surface.GapAtEnd(q);
-  const float way = Dot(WayOf(context, surface, i, p, u), at_end.normal);
-  const float error = ContactError(at_end.gap, way, surface.RoundOff(q), contact.floor);
-  const float normal_impulse =
-      ContactImpulse(contact.normal, error, context.substep.inverse_interval);
-  const float change = normal_impulse - contact.normal;
-  // Changes within the tolerance are applied too, but do not keep the sweeps going: in short
-  // substeps friction consists of nothing else.
-  u += change * at_end.normal;
-  contact.normal = normal_impulse;
-  changed |= interval * std::fabs(change) > controls.contact_tolerance;
-  const bool has_tangent = Dot(contact.tangent, contact.tangent) > 0;
-  if (controls.friction_static > 0 && (contact.normal > 0 || has_tangent)) {
-    Vec4 relative = u;
-    // With two steps u is the velocity at the end of the substep, else the mean over it.
-    if constexpr (Surface::kMoves) {
-      relative -= context.substep.is_two_step ? surface.VelocityAtEnd(p + interval * u)
-                                              : surface.MeanVelocity(p);
-    }
-    const float impulse =
-        context.substep.is_two_step
-            ? WholeImpulse(contact.normal, contact.rebound, Dot(relative, at_end.normal))
-            : contact.normal;
-    const Vec4 tangent =
-        FrictionImpulse(contact.tangent, Tangential(relative, at_end.normal), impulse,
-                        controls.friction_static, controls.friction_dynamic);
-    const Vec4 tangent_change = tangent - contact.tangent;
-    u += tangent_change;
-    contact.tangent = tangent;
-    changed |= interval * Length(tangent_change) > controls.contact_tolerance;
-  }
-  return changed;
+  });
 }
 
 // Returns whether a contact changed; `has_left`: set if a particle has left the range.
 template <bool kAsks, class Surfaces>
 bool SolveContactsOf(const StepContext& context, const Surfaces& surfaces,
                      std::span<const uint32_t> particles, std::atomic<bool>& has_left) {
-  const float interval = context.substep.interval;
   StepScratch& scratch = context.scratch;
-  ReachWatch watch(scratch.reach.range, scratch.reach.WatchesSweeps(context.max_iterations));
-  bool changed = false;
-  for (const uint32_t i : particles) {
-    const Vec4 p = scratch.state.positions[i];
-    Vec4& u = scratch.state.velocities[i];
-    for (size_t k = 0; k < surfaces.size(); ++k) {
-      const Vec4 place = p + interval * u;
-      [[maybe_unused]] const Vec4 before = u;
-      watch.See(place);
-      Clearance& clearance = scratch.clearances[i * surfaces.size() + k];
-      if (surfaces[k].IsClearAtEnd(clearance, place)) continue;
-      ContactImpulses& contact = scratch.contacts[i * surfaces.size() + k];
-      changed |= SolveContact(context, surfaces[k], i, p, contact, u);
-      if (contact.normal > 0 || Dot(contact.tangent, contact.tangent) > 0) clearance = {};
-      if constexpr (kAsks) {
-        context.impulses()->Push(i, k, context.model.free_masses[i] * (u - before), place);
-      }
+  const size_t count = surfaces.size();
+  const ContactNumbers numbers = NumbersOf(context);
+  const bool watches = scratch.reach.WatchesSweeps(context.max_iterations);
+  const ClothBox range = {SplatVectors(scratch.reach.range.low),
+                          SplatVectors(scratch.reach.range.high)};
+  const auto are_clear = [&](const ParticleBlock& block, size_t k, const VectorsCloths& place) {
+    return surfaces[k].IsClearAtEnd(block.LoadClearance(scratch.clearances, k), place);
+  };
+  MaskCloths have_left{};
+  const auto watch = [&](const ParticleBlock& block, const VectorsCloths& place) {
+    if (watches) have_left |= AndNot(Holds(range, place), block.lanes());
+  };
+  const auto may_touch = [&](const ParticleBlock& block) {
+    const VectorsCloths place = block.Load(scratch.state.positions) +
+                                block.Load(scratch.state.velocities) * numbers.interval;
+    watch(block, place);
+    return MayTouch(block, count, [&](size_t k) { return are_clear(block, k, place); });
+  };
+  MaskCloths changed{};
+  ForBlocks(particles, may_touch, [&](const ParticleBlock& block) {
+    const VectorsCloths b = block.Load(scratch.state.positions);
+    VectorsCloths u = block.Load(scratch.state.velocities);
+    bool has_new_velocity = false;
+    for (size_t k = 0; k < count; ++k) {
+      const VectorsCloths before = u, place = b + u * numbers.interval;
+      const MaskCloths lanes = AndNot(are_clear(block, k, place), block.lanes());
+      if (!IsAnyLaneSet(lanes)) continue;
+      ClothContact contact = block.LoadContact(scratch.contacts, count, k);
+      changed |= SolveContact(
+          numbers, surfaces[k], [&] { return block.Load(scratch.previous.positions); }, lanes, b,
+          contact, u,
+          [&] {
+            has_new_velocity = true;
+            block.StoreContact(contact, scratch.contacts, count, k);
+            const VecCloths zero = SplatCloths(0);
+            const MaskCloths has_impulse =
+                (contact.normal > zero) | (Dot(contact.tangent, contact.tangent) > zero);
+            ForLanes(lanes & has_impulse,
+                     [&](uint32_t lane) { scratch.clearances.Forget(k, block.particle(lane)); });
+            watch(block, b + u * numbers.interval);
+            if constexpr (kAsks) {
+              const LaneVectors changes(u - before), places(place);
+              ForLanes(lanes, [&](uint32_t lane) {
+                const uint32_t i = block.particle(lane);
+                context.impulses()->Push(i, k, context.model.free_masses[i] * changes.values[lane],
+                                         places.values[lane]);
+              });
+            }
+          });
     }
-    watch.See(p + interval * u);
+    if (has_new_velocity) block.Store(u, scratch.state.velocities);
+  });
+  if (IsAnyLaneSet(have_left)) has_left = true;
+  return IsAnyLaneSet(changed);
+}
+
+// Whether some contact has given the particle an impulse in the substep.
+HWY_INLINE bool IsPushed(StepScratch& scratch, size_t count, uint32_t i) {
+  for (size_t k = 0; k < count; ++k) {
+    const bool is_clear = scratch.clearances.Row(k, Clearances::kWay)[i] > 0;
+    if (!is_clear && scratch.contacts[i * count + k].normal > 0) return true;
   }
-  if (watch.has_left()) has_left = true;
-  return changed;
+  return false;
 }
 
-// Whether the particle hit this surface in the substep, which began with the previous state.
-template <class Surface>
-bool HasLanded(const StepContext& context, const Surface& surface, uint32_t i) {
-  const FloatState& previous = context.scratch.previous;
-  const Vec4 p = previous.positions[i];
-  return IsLanding(surface.GapAtStart(p).normal, VelocityBefore(surface, p, previous.velocities[i]),
-                   context.controls.slowest_landing);
-}
-
-// A difference over two steps remembers the velocity before an impact: the particle goes on as if
-// it had always flown with the velocity that the impact left.
-void ForgetFlight(const StepContext& context, uint32_t i, size_t landed_on) {
-  const FloatControls& controls = context.controls;
-  const FloatState& state = context.scratch.state;
+// A difference over two steps remembers the velocity before an impact: particles that have landed
+// go on as if they had always flown with the velocity that the impact left.
+void ForgetFlight(const StepContext& context, const ParticleBlock& block, MaskCloths have_landed,
+                  const size_t (&landed_on)[kClothCount], const ContactNumbers& numbers,
+                  const VectorsCloths& p, const VectorsCloths& v) {
+  const auto flight = FlightBefore(p, v, numbers.gravity, numbers.h);
+  const LaneVectors positions(flight.position), velocities(flight.velocity);
   FloatState& previous = context.scratch.previous;
-  const auto flight =
-      FlightBefore(state.positions[i], state.velocities[i], controls.gravity, controls.h);
-  if (ImpulseSums* const sums = context.impulses()) {
-    const Vec4 change = previous.velocities[i] - flight.velocity;
-    sums->PushInMemory(i, landed_on, context.model.free_masses[i] * change, state.positions[i]);
-  }
-  previous.positions[i] = flight.position;
-  previous.velocities[i] = flight.velocity;
+  ForLanes(have_landed, [&](uint32_t lane) {
+    const uint32_t i = block.particle(lane);
+    if (ImpulseSums* const sums = context.impulses()) {
+      const Vec4 change = previous.velocities[i] - velocities.values[lane];
+      sums->PushInMemory(i, landed_on[lane], context.model.free_masses[i] * change,
+                         context.scratch.state.positions[i]);
+    }
+    previous.positions[i] = positions.values[lane];
+    previous.velocities[i] = velocities.values[lane];
+  });
 }
 
 template <bool kAsks, class Surfaces>
 void CorrectVelocityOf(const StepContext& context, const Surfaces& surfaces,
                        std::span<const uint32_t> particles) {
-  using Surface = std::remove_cvref_t<decltype(surfaces[0])>;
-  const FloatControls& controls = context.controls;
-  const bool is_two_step = context.substep.is_two_step;
-  const float damping_factor = is_two_step ? 1 : context.substep.damping_factor;
-  const Vec4 kick = is_two_step ? Vec4{} : controls.gravity * context.substep.half_interval;
-  FloatState& state = context.scratch.state;
-  for (const uint32_t i : particles) {
-    const Vec4 p = state.positions[i];
-    Vec4 v = state.velocities[i];
-    size_t landed_on = surfaces.size();  // the first one; none
-    for (size_t k = 0; k < surfaces.size(); ++k) {
-      const size_t place = i * surfaces.size() + k;
-      if (context.scratch.clearances[place].way > 0) continue;
-      const ContactImpulses& contact = context.scratch.contacts[place];
-      if (!(contact.normal > 0)) continue;
-      if (is_two_step && landed_on > k && HasLanded(context, surfaces[k], i)) landed_on = k;
-      [[maybe_unused]] const Vec4 before = v;
-      const Vec4 n = surfaces[k].GapAtEnd(p).normal;
-      const auto after_contact = [&](const Vec4& relative) {
-        return VelocityAfterContact(relative, n, kick, contact.tangent, contact.normal,
-                                    contact.rebound, is_two_step, controls.friction_static,
-                                    controls.friction_dynamic);
-      };
-      if constexpr (Surface::kMoves) {
-        const Vec4 of_surface = surfaces[k].VelocityAtEnd(p);
-        v = of_surface + after_contact(v - of_surface);
-      } else {
-        v = after_contact(v);
+  StepScratch& scratch = context.scratch;
+  const size_t count = surfaces.size();
+  const ContactNumbers numbers = NumbersOf(context);
+  const auto correct = [&](const ParticleBlock& block) {
+    const VectorsCloths p = block.Load(scratch.state.positions);
+    VectorsCloths v = block.Load(scratch.state.velocities);
+    MaskCloths have_landed{};
+    size_t landed_on[kClothCount];  // the first one
+    for (size_t k = 0; k < count; ++k) {
+      const ClothContact contact = block.LoadContact(scratch.contacts, count, k);
+      const MaskCloths has_impulse = block.lanes() & (contact.normal > SplatCloths(0));
+      if (!IsAnyLaneSet(has_impulse)) continue;
+      const auto surface = surfaces[k];
+      if (numbers.is_two_step) {
+        const MaskCloths land_here =
+            AndNot(have_landed, has_impulse & HaveLanded(numbers, surface,
+                                                         block.Load(scratch.previous.positions),
+                                                         block.Load(scratch.previous.velocities)));
+        ForLanes(land_here, [&](uint32_t lane) { landed_on[lane] = k; });
+        have_landed |= land_here;
       }
+      [[maybe_unused]] const VectorsCloths before = v;
+      v = CorrectContact(numbers, surface, p, contact, has_impulse, v);
       if constexpr (kAsks) {
-        context.impulses()->Push(i, k, context.model.free_masses[i] * (v - before), p);
+        const LaneVectors changes(v - before);
+        ForLanes(has_impulse, [&](uint32_t lane) {
+          const uint32_t i = block.particle(lane);
+          context.impulses()->Push(i, k, context.model.free_masses[i] * changes.values[lane],
+                                   scratch.state.positions[i]);
+        });
       }
     }
-    state.velocities[i] = v * damping_factor;
-    if (landed_on < surfaces.size()) ForgetFlight(context, i, landed_on);
+    block.Store(v, scratch.state.velocities);
+    if (IsAnyLaneSet(have_landed)) {
+      ForgetFlight(context, block, have_landed, landed_on, numbers, p, v);
+    }
+  };
+  BlockQueue queue(correct);
+  for (const uint32_t i : particles) {
+    if (IsPushed(scratch, count, i)) queue.Add(i);
   }
+  queue.Finish();
+  // With two steps damping is in the prediction.
+  if (numbers.is_two_step || context.substep.damping_factor == 1) return;
+  for (const uint32_t i : particles) scratch.state.velocities[i] *= context.substep.damping_factor;
+}
+
+bool Predict(const StepContext& context, std::span<const uint32_t> particles) {
+  return WithSurfaces(context,
+                      [&](const auto& s) { return PredictContactsOf(context, s, particles); });
+}
+void FindFloors(const StepContext& context, std::span<const uint32_t> particles) {
+  WithSurfaces(context, [&](const auto& s) { FindContactFloorsOf(context, s, particles); });
+}
+bool Solve(const StepContext& context, std::span<const uint32_t> particles,
+           std::atomic<bool>& has_left) {
+  return WithSurfaces(context, [&](const auto& s) {
+    return context.impulses() != nullptr ? SolveContactsOf<true>(context, s, particles, has_left)
+                                         : SolveContactsOf<false>(context, s, particles, has_left);
+  });
+}
+void Correct(const StepContext& context, std::span<const uint32_t> particles) {
+  WithSurfaces(context, [&](const auto& s) {
+    if (context.impulses() != nullptr) {
+      CorrectVelocityOf<true>(context, s, particles);
+    } else {
+      CorrectVelocityOf<false>(context, s, particles);
+    }
+  });
 }
 
 }  // namespace
+}  // namespace drape::cpu::HWY_NAMESPACE
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+namespace drape::cpu {
+
+HWY_EXPORT(SpreadColliders);
+HWY_EXPORT(Predict);
+HWY_EXPORT(FindFloors);
+HWY_EXPORT(Solve);
+HWY_EXPORT(Correct);
 
 void PredictContacts(const StepContext& context) {
   if (context.scratch.reach.near.empty()) return;
-  context.scratch.has_quiet_particles = WithSurfaces(context, [&](const auto& surfaces) {
-    return context.AnyFreeRange([&](std::span<const uint32_t> particles) {
-      return PredictContactsOf(context, surfaces, particles);
-    });
-  });
+  context.scratch.has_quiet_particles =
+      context.AnyFreeRange([&](std::span<const uint32_t> particles) {
+        return HWY_DYNAMIC_DISPATCH(Predict)(context, particles);
+      });
 }
 
 void FindContactFloors(const StepContext& context) {
   if (context.substep.is_two_step || context.scratch.reach.near.empty()) return;
-  WithSurfaces(context, [&](const auto& surfaces) {
-    context.ForFreeRanges([&](std::span<const uint32_t> particles) {
-      FindContactFloorsOf(context, surfaces, particles);
-    });
+  context.ForFreeRanges([&](std::span<const uint32_t> particles) {
+    HWY_DYNAMIC_DISPATCH(FindFloors)(context, particles);
   });
 }
 
@@ -270,12 +363,8 @@ bool SolveContacts(const StepContext& context) {
   ColliderReach& reach = context.scratch.reach;
   if (reach.near.empty() && !reach.WatchesSweeps(context.max_iterations)) return false;
   std::atomic<bool> has_left = false;
-  const bool has_changed = WithSurfaces(context, [&](const auto& surfaces) {
-    return context.AnyFreeRange([&](std::span<const uint32_t> particles) {
-      return context.impulses() != nullptr
-                 ? SolveContactsOf<true>(context, surfaces, particles, has_left)
-                 : SolveContactsOf<false>(context, surfaces, particles, has_left);
-    });
+  const bool has_changed = context.AnyFreeRange([&](std::span<const uint32_t> particles) {
+    return HWY_DYNAMIC_DISPATCH(Solve)(context, particles, has_left);
   });
   reach.has_left |= has_left;
   return has_changed;
@@ -283,40 +372,31 @@ bool SolveContacts(const StepContext& context) {
 
 void SolveContactsOfParticle(const StepContext& context, uint32_t particle) {
   std::atomic<bool> has_left = false;
-  const std::span<const uint32_t> its(&particle, 1);
-  WithSurfaces(context, [&](const auto& surfaces) {
-    return context.impulses() != nullptr ? SolveContactsOf<true>(context, surfaces, its, has_left)
-                                         : SolveContactsOf<false>(context, surfaces, its, has_left);
-  });
+  HWY_DYNAMIC_DISPATCH(Solve)(context, {&particle, 1}, has_left);
   context.scratch.reach.has_left |= has_left;
 }
 
 void CorrectVelocity(const StepContext& context) {
-  // With two steps damping is in the prediction.
   const bool damps = !context.substep.is_two_step && context.substep.damping_factor != 1;
   if (context.scratch.reach.near.empty() && !damps) return;
-  WithSurfaces(context, [&](const auto& surfaces) {
-    context.ForFreeRanges([&](std::span<const uint32_t> particles) {
-      if (context.impulses() != nullptr) {
-        CorrectVelocityOf<true>(context, surfaces, particles);
-      } else {
-        CorrectVelocityOf<false>(context, surfaces, particles);
-      }
-    });
+  context.ForFreeRanges([&](std::span<const uint32_t> particles) {
+    HWY_DYNAMIC_DISPATCH(Correct)(context, particles);
   });
 }
 
 void PlaceColliders(const StepContext& context, uint32_t index, double substep_s) {
   std::vector<MovingSurface>& surfaces = context.scratch.surfaces;
-  if (context.collider_motions.empty()) return surfaces.clear();
-  if (index > 0) {
+  const bool moves = !context.collider_motions.empty();
+  if (index == 0 || !moves) surfaces.clear();
+  if (moves && index == 0) {
+    for (const uint32_t k : context.scratch.reach.near) {
+      surfaces.emplace_back(context.controls.colliders[k], context.collider_motions[k], substep_s);
+    }
+  } else {
     for (MovingSurface& surface : surfaces) surface.Advance();
-    return;
   }
-  surfaces.clear();
-  for (const uint32_t k : context.scratch.reach.near) {
-    surfaces.emplace_back(context.controls.colliders[k], context.collider_motions[k], substep_s);
-  }
+  HWY_DYNAMIC_DISPATCH(SpreadColliders)(context, index, static_cast<float>(substep_s));
 }
 
 }  // namespace drape::cpu
+#endif  // HWY_ONCE

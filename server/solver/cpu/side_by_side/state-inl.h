@@ -13,6 +13,7 @@
 #include "server/solver/cpu/side_by_side/group.h"
 #include "server/solver/cpu/side_by_side/impulses-inl.h"
 #include "server/solver/cpu/simd/vec_cloths-inl.h"
+#include "server/solver/cpu/step/lane_contacts-inl.h"
 #include "server/solver/cpu/step/strip_solve-inl.h"
 
 HWY_BEFORE_NAMESPACE();
@@ -28,47 +29,6 @@ struct ClothParticle {
 struct ClothRemainders {
   VectorsCloths now, previous;
 };
-
-// One collider of each cloth, all of one kind (FloatCollider).
-struct ClothCollider {
-  ShapeKind kind;
-  VectorsCloths point, vector;
-  VecCloths offset, size;
-  std::array<VectorsCloths, 3> axes;
-};
-
-// MovingSurface::Pose of each cloth.
-struct ClothPose {
-  VectorsCloths position;
-  std::array<VectorsCloths, 3> columns;
-};
-
-// How one collider of each cloth moves in a substep (MovingSurface).
-struct ClothMotion {
-  VectorsCloths pivot;
-  ClothPose start, end;
-  VectorsCloths velocity, angular_velocity;
-  VecCloths chord_sine, chord_cosine, duration;
-  VecCloths size = SplatCloths(0);  // of the frame's and the collider's coordinates, added up [m]
-};
-
-// The impulses of that collider on one particle of each cloth in this substep, times w
-// (ContactImpulses).
-struct ClothContact {
-  VectorsCloths tangent;
-  VecCloths normal, floor, rebound;
-};
-
-// ParticleBox of each cloth.
-struct ClothBox {
-  VectorsCloths low, high;
-};
-// Set for the cloths whose place is in their box; never for a place that is not a number.
-HWY_INLINE MaskCloths Holds(const ClothBox& box, const VectorsCloths& place) {
-  return ((place.x >= box.low.x) & (box.high.x >= place.x)) &
-         ((place.y >= box.low.y) & (box.high.y >= place.y)) &
-         ((place.z >= box.low.z) & (box.high.z >= place.z));
-}
 
 // ExpectedFlight of each cloth.
 struct ClothFlight {
@@ -233,6 +193,24 @@ struct GroupContext {
   bool SolvesLinksAgain() const { return max_iterations > 1 || model.has_ways_back(); }
   // Whether they or a report read it.
   bool KeepsImpulses() const { return SolvesLinksAgain() || substep.is_last; }
+  // Of the substep under way.
+  ContactNumbers contact_numbers() const {
+    return {.gravity = gravity,
+            .friction_static = friction_static,
+            .friction_dynamic = friction_dynamic,
+            .restitution = restitution,
+            .slowest_rebound = slowest_rebound,
+            .slowest_landing = slowest_landing,
+            .h = controls.h,
+            .interval = substep.interval,
+            .inverse_interval = substep.inverse_interval,
+            .half_interval = substep.half_interval,
+            .depenetration_distance = controls.depenetration_distance,
+            .tolerance = controls.contact_tolerance,
+            .is_two_step = substep.is_two_step,
+            .has_restitution = has_restitution,
+            .has_quiet_links = controls.plan.solver.has_quiet_links};
+  }
   bool has_hinge_stages() const { return controls.plan.solver.hinge_stages > 0; }
   // Number of elastic elements, of triangles, or of places for cells, whichever is largest.
   size_t kick_count() const {

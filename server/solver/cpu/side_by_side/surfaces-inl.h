@@ -1,5 +1,4 @@
-// The surfaces of the colliders of a group, resting or moving; what RestingSurface and
-// MovingSurface are for one cloth. Compiled once per instruction set.
+// The colliders of a group, resting or moving. Compiled once per instruction set.
 #if defined(DRAPE_CPU_SIDE_BY_SIDE_SURFACES_INL_H_) == defined(HWY_TARGET_TOGGLE)
 #ifdef DRAPE_CPU_SIDE_BY_SIDE_SURFACES_INL_H_
 #undef DRAPE_CPU_SIDE_BY_SIDE_SURFACES_INL_H_
@@ -20,78 +19,6 @@
 HWY_BEFORE_NAMESPACE();
 namespace drape::cpu::HWY_NAMESPACE {
 namespace {
-
-using ClothGap = Gaps<VecCloths, VectorsCloths>;
-
-HWY_INLINE ClothGap GapAt(const VectorsCloths& q, const ClothCollider& collider) {
-  const auto& [kind, point, vector, offset, size, axes] = collider;
-  return ShapeGap(kind, q, point, vector, axes, offset);
-}
-
-class RestingSurfaces {
- public:
-  static constexpr bool kMoves = false;
-
-  explicit RestingSurfaces(const ClothCollider& collider) : collider_(collider) {}
-
-  ClothGap GapAtStart(const VectorsCloths& p) const { return GapAt(p, collider_); }
-  ClothGap GapAtEnd(const VectorsCloths& q) const { return GapAt(q, collider_); }
-  // Of the gap at q [m].
-  VecCloths RoundOff(const VectorsCloths& q) const {
-    return SplatCloths(kTouchRoundOff) * (SumOfSizes(q) + collider_.size);
-  }
-
- private:
-  const ClothCollider& collider_;
-};
-
-class MovingSurfaces {
- public:
-  static constexpr bool kMoves = true;
-
-  MovingSurfaces(const ClothCollider& collider, const ClothMotion& motion)
-      : collider_(collider), motion_(motion) {}
-
-  ClothGap GapAtStart(const VectorsCloths& p) const { return GapFrom(motion_.start, p); }
-  ClothGap GapAtEnd(const VectorsCloths& q) const { return GapFrom(motion_.end, q); }
-  // Of the gap at q [m].
-  VecCloths RoundOff(const VectorsCloths& q) const {
-    return SplatCloths(kTouchRoundOff) * (SumOfSizes(q) + motion_.size);
-  }
-  // Velocities of the points of the colliders that are at `place` then [m/s].
-  VectorsCloths VelocityAtStart(const VectorsCloths& place) const {
-    return VelocityFrom(motion_.start, place);
-  }
-  VectorsCloths VelocityAtEnd(const VectorsCloths& place) const {
-    return VelocityFrom(motion_.end, place);
-  }
-  // Over the substep, of the points that are at `place` when it starts [m/s].
-  VectorsCloths MeanVelocity(const VectorsCloths& place) const {
-    const VectorsCloths tangent = Cross(motion_.angular_velocity, place - motion_.start.position);
-    return motion_.velocity + motion_.chord_sine * tangent +
-           motion_.chord_cosine * Cross(motion_.angular_velocity, tangent);
-  }
-  // Where they go in the substep [m].
-  VectorsCloths WayOf(const VectorsCloths& place) const {
-    return motion_.duration * MeanVelocity(place);
-  }
-
- private:
-  HWY_INLINE ClothGap GapFrom(const ClothPose& pose, const VectorsCloths& q) const {
-    const VectorsCloths d = q - pose.position;
-    const VectorsCloths turned = {Dot(pose.columns[0], d), Dot(pose.columns[1], d),
-                                  Dot(pose.columns[2], d)};
-    const ClothGap gap = GapAt(motion_.pivot + turned, collider_);
-    const VectorsCloths& n = gap.normal;
-    return {gap.gap, n.x * pose.columns[0] + n.y * pose.columns[1] + n.z * pose.columns[2]};
-  }
-  VectorsCloths VelocityFrom(const ClothPose& pose, const VectorsCloths& place) const {
-    return motion_.velocity + Cross(motion_.angular_velocity, place - pose.position);
-  }
-
-  const ClothCollider& collider_;
-  const ClothMotion& motion_;
-};
 
 // The near colliders of a group, of one type or the other.
 class RestingList {

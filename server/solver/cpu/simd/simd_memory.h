@@ -17,6 +17,11 @@ class SimdMemory {
         std::max(blocks_.size(), (count * sizeof(T) + sizeof(Block) - 1) / sizeof(Block)));
     return reinterpret_cast<T*>(blocks_.data());
   }
+  // What the last call of Reserve gave.
+  template <class T>
+  const T* Get() const {
+    return reinterpret_cast<const T*>(blocks_.data());
+  }
 
  private:
   struct alignas(64) Block {

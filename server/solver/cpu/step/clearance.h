@@ -1,10 +1,11 @@
 // How far a particle stays from a collider: what is clear of it needs no look at its gap.
 #pragma once
 
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
 #include <limits>
-
-#include "server/solver/cpu/model/float_controls.h"
-#include "server/solver/cpu/simd/vec4.h"
+#include <vector>
 
 namespace drape::cpu {
 
@@ -19,27 +20,38 @@ inline constexpr float kReliableShare = 0.999f;
 // within which a particle touches, or its way is measured from the surface (ContactError).
 inline constexpr float kClearRoundOffs = 4;
 
-// Of one particle from one collider.
-struct Clearance {
-  Vec4 place{};  // where the particle was when its gap was looked at
-  // How far it can be from there without touching, while the collider rests [m].
-  float way = -std::numeric_limits<float>::infinity();
-  // Of a collider that moves: when it was, from the start of the step [s], and how far from the
-  // collider's position the place was then [m].
-  float at_s = 0;
-  float arm = 0;
+// Of all particles from all near colliders, each number in rows of particles.
+class Clearances {
+ public:
+  enum Number : uint32_t {
+    kX,  // where the particle was when its gap was looked at
+    kY,
+    kZ,
+    kWay,  // how far it can be from there without touching, while the collider rests [m]
+    // Of a collider that moves: when it was, from the start of the step [s], and how far from the
+    // collider's position the place was then [m].
+    kTime,
+    kArm,
+    kNumbers
+  };
+
+  // Nothing is clear.
+  void Reset(size_t particles, size_t colliders) {
+    stride_ = particles + kMaxLanes;
+    values_.resize(stride_ * colliders * kNumbers);
+    for (size_t k = 0; k < colliders; ++k) {
+      std::fill_n(Row(k, kWay), stride_, -std::numeric_limits<float>::infinity());
+    }
+  }
+  // [particle_count], and at least as many more as a register has lanes, to be read.
+  float* Row(size_t k, Number number) { return values_.data() + (k * kNumbers + number) * stride_; }
+  void Forget(size_t k, uint32_t i) { Row(k, kWay)[i] = -std::numeric_limits<float>::infinity(); }
+
+ private:
+  static constexpr size_t kMaxLanes = 16;
+
+  size_t stride_ = 0;
+  std::vector<float> values_;
 };
-
-inline float ClearWay(const FloatCollider& collider, float gap, float round_off) {
-  const float reliable = kReliableShare * gap - kClearRoundOffs * round_off;
-  return collider.kind == ShapeKind::kDistanceMap ? reliable / kMapSlope : reliable;
-}
-
-// `surface_way`: how far the collider may have come at the place since [m].
-inline bool IsClear(const Clearance& clearance, Vec4 q, float surface_way) {
-  const float way = clearance.way - surface_way;
-  const Vec4 d = q - clearance.place;
-  return way > 0 && Dot(d, d) < way * way;  // not, if q is no number
-}
 
 }  // namespace drape::cpu

@@ -5,7 +5,6 @@
 #include "server/solver/cpu/formulas/constraint_math.h"
 #include "server/solver/cpu/formulas/contact_math-inl.h"
 #include "server/solver/cpu/model/float_controls.h"
-#include "server/solver/cpu/step/clearance.h"
 
 namespace drape::cpu {
 
@@ -38,11 +37,6 @@ class RestingSurface {
   float RoundOff(Vec4 q) const {
     return kTouchRoundOff * (HWY_NAMESPACE::SumOfSizes(q) + collider_.size);
   }
-  Clearance ClearanceAtStart(Vec4 p, float gap) const {
-    return {p, ClearWay(collider_, gap, RoundOff(p))};
-  }
-  bool IsClearAtStart(const Clearance& clearance, Vec4 p) const { return IsClear(clearance, p, 0); }
-  bool IsClearAtEnd(const Clearance& clearance, Vec4 q) const { return IsClear(clearance, q, 0); }
 
  private:
   const FloatCollider& collider_;

@@ -26,9 +26,7 @@ MovingSurface::MovingSurface(const FloatCollider& collider, const RigidMotion& m
       start_(motion.position_m, motion.rotation),
       end_(start_),
       velocity_(ToVec4(motion.velocity_m_per_s)),
-      angular_velocity_(ToVec4(motion.angular_velocity_rad_per_s)),
-      speed_(Length(velocity_)),
-      turning_per_s_(Length(angular_velocity_)) {
+      angular_velocity_(ToVec4(motion.angular_velocity_rad_per_s)) {
   const ChordFactors chord = motion.ChordOver(substep_s);
   chord_sine_ = static_cast<float>(chord.sine);
   chord_cosine_ = static_cast<float>(chord.cosine_s);
@@ -40,13 +38,11 @@ MovingSurface::MovingSurface(const FloatCollider& collider, const RigidMotion& m
 
 void MovingSurface::Advance() {
   start_ = end_;
-  start_s_ = end_s_;
   ++substep_;
   FindEnd();
 }
 
 void MovingSurface::FindEnd() {
-  end_s_ = static_cast<float>((substep_ + 1) * substep_s_);
   const bool turns = turn_.vec() != Eigen::Vector3d::Zero();
   if (turns) motion_.rotation = (turn_ * motion_.rotation).normalized();
   const Eigen::Vector3d position_m =
@@ -71,10 +67,6 @@ float MovingSurface::RoundOff(Vec4 q) const {
   const float of_frame =
       HWY_NAMESPACE::SumOfSizes(end_.position) + HWY_NAMESPACE::SumOfSizes(pivot_);
   return kTouchRoundOff * (HWY_NAMESPACE::SumOfSizes(q) + (of_frame + collider_->size));
-}
-
-Clearance MovingSurface::ClearanceAtStart(Vec4 p, float gap) const {
-  return {p, ClearWay(*collider_, gap, RoundOff(p)), start_s_, Length(p - start_.position)};
 }
 
 Vec4 MovingSurface::VelocityAt(const Pose& pose, Vec4 place) const {

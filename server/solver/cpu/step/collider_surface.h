@@ -8,7 +8,6 @@
 #include "server/scene/rigid_motion.h"
 #include "server/solver/cpu/formulas/constraint_math.h"
 #include "server/solver/cpu/model/float_controls.h"
-#include "server/solver/cpu/step/clearance.h"
 
 namespace drape::cpu {
 
@@ -28,13 +27,6 @@ class MovingSurface {
   Gap GapAtEnd(Vec4 q) const { return GapAt(end_, q); }
   // Of the gap at q [m].
   float RoundOff(Vec4 q) const;
-  Clearance ClearanceAtStart(Vec4 p, float gap) const;
-  bool IsClearAtStart(const Clearance& clearance, Vec4 p) const {
-    return IsClear(clearance, p, WayAtMost(clearance, start_s_));
-  }
-  bool IsClearAtEnd(const Clearance& clearance, Vec4 q) const {
-    return IsClear(clearance, q, WayAtMost(clearance, end_s_));
-  }
   // Velocity of the point of the collider that is at `place` then [m/s].
   Vec4 VelocityAtStart(Vec4 place) const { return VelocityAt(start_, place); }
   Vec4 VelocityAtEnd(Vec4 place) const { return VelocityAt(end_, place); }
@@ -57,14 +49,12 @@ class MovingSurface {
   const Vec4& angular_velocity() const { return angular_velocity_; }
   float chord_sine() const { return chord_sine_; }
   float chord_cosine() const { return chord_cosine_; }
+  // The substep, from the start of the step [s].
+  float start_s() const { return static_cast<float>(substep_ * substep_s_); }
+  float end_s() const { return static_cast<float>((substep_ + 1) * substep_s_); }
 
  private:
   void FindEnd();
-  // How far the collider may have come at the clearance's place until `time_s` of the step [m].
-  float WayAtMost(const Clearance& clearance, float time_s) const {
-    const float passed_s = time_s - clearance.at_s;
-    return passed_s * (speed_ + turning_per_s_ * (clearance.arm + speed_ * passed_s));
-  }
   Gap GapAt(const Pose& pose, Vec4 q) const;
   Vec4 VelocityAt(const Pose& pose, Vec4 place) const;
 
@@ -80,9 +70,6 @@ class MovingSurface {
   Vec4 angular_velocity_;
   float chord_sine_;
   float chord_cosine_;  // [s]
-  float speed_;         // [m/s]
-  float turning_per_s_;
-  float start_s_ = 0, end_s_ = 0;  // of the substep, from the start of the step
 };
 
 }  // namespace drape::cpu

@@ -12,6 +12,7 @@
 #include "server/solver/cpu/model/held_particles.h"
 #include "server/solver/cpu/model/own_lengths.h"
 #include "server/solver/cpu/simd/simd_memory.h"
+#include "server/solver/cpu/step/clearance.h"
 #include "server/solver/cpu/step/collider_reach.h"
 #include "server/solver/cpu/step/collider_surface.h"
 #include "server/solver/cpu/step/impulse_sums.h"
@@ -39,6 +40,7 @@ struct ContactImpulses {
   float normal;
   float floor;    // lowest accepted gap [m]
   float rebound;  // speed with which the particle leaves if it hits [m/s]
+  float unused;   // fills two vectors
 };
 
 // A substep in single precision (solver/substep_schedule.h). While it lasts the positions of the
@@ -117,12 +119,12 @@ struct StepScratch {
   std::vector<Vec4> rest_lengths;    // [group_count] [m] at the end of the substep; only of its own
   ColliderReach reach;
   std::vector<ContactImpulses> contacts;  // [particle_count][reach.near]
-  // [particle_count][reach.near] Of a particle that is clear no sweep has asked for an impulse.
-  std::vector<Clearance> clearances;
-  std::vector<float> quiet_round_offs;  // [particle_count + 1] [m]; only with quiet links
-  bool has_quiet_particles = false;     // any of them is not 0
+  Clearances clearances;                  // of what is clear no sweep has asked for an impulse
+  std::vector<float> quiet_round_offs;    // [particle_count + 1] [m]; only with quiet links
+  bool has_quiet_particles = false;       // any of them is not 0
   // [reach.near] in the substep under way; empty if all rest as described.
   std::vector<MovingSurface> surfaces;
+  SimdMemory lane_colliders, lane_motions;                 // [reach.near] the same in all lanes
   std::shared_ptr<SelfContactMemory> self_contacts;        // made when a cloth first needs it
   std::shared_ptr<SurfaceContactMemory> surface_contacts;  // the same
   ImpulseSums impulses;                                    // only where they are asked for

@@ -1,0 +1,305 @@
+// Contacts of particles in lanes with one collider: of one particle of each cloth of a group, or of
+// many particles of one cloth. Compiled once per instruction set.
+#if defined(DRAPE_CPU_STEP_LANE_CONTACTS_INL_H_) == defined(HWY_TARGET_TOGGLE)
+#ifdef DRAPE_CPU_STEP_LANE_CONTACTS_INL_H_
+#undef DRAPE_CPU_STEP_LANE_CONTACTS_INL_H_
+#else
+#define DRAPE_CPU_STEP_LANE_CONTACTS_INL_H_
+#endif
+
+#include <hwy/highway.h>
+
+#include <array>
+
+#include "server/solver/cpu/formulas/constraint_math-inl.h"
+#include "server/solver/cpu/formulas/contact_math-inl.h"
+#include "server/solver/cpu/formulas/distance_map_gap.h"
+#include "server/solver/cpu/model/float_controls.h"
+#include "server/solver/cpu/simd/vec_cloths-inl.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace drape::cpu::HWY_NAMESPACE {
+namespace {
+
+// One collider of each cloth, all of one kind (FloatCollider).
+struct ClothCollider {
+  ShapeKind kind;
+  VectorsCloths point, vector;
+  VecCloths offset, size;
+  std::array<VectorsCloths, 3> axes;
+  const FloatCollider* map = nullptr;  // of one cloth only: the same in all lanes, a distance map
+};
+
+// MovingSurface::Pose of each cloth.
+struct ClothPose {
+  VectorsCloths position;
+  std::array<VectorsCloths, 3> columns;
+};
+
+// How one collider of each cloth moves in a substep (MovingSurface).
+struct ClothMotion {
+  VectorsCloths pivot;
+  ClothPose start, end;
+  VectorsCloths velocity, angular_velocity;
+  VecCloths chord_sine, chord_cosine, duration;
+  VecCloths size = SplatCloths(0);  // of the frame's and the collider's coordinates, added up [m]
+};
+
+// The impulses of that collider on one particle of each cloth in this substep, times w
+// (ContactImpulses).
+struct ClothContact {
+  VectorsCloths tangent;
+  VecCloths normal, floor, rebound;
+};
+
+// ParticleBox of each cloth.
+struct ClothBox {
+  VectorsCloths low, high;
+};
+// Set for the cloths whose place is in their box; never for a place that is not a number.
+HWY_INLINE MaskCloths Holds(const ClothBox& box, const VectorsCloths& place) {
+  return ((place.x >= box.low.x) & (box.high.x >= place.x)) &
+         ((place.y >= box.low.y) & (box.high.y >= place.y)) &
+         ((place.z >= box.low.z) & (box.high.z >= place.z));
+}
+
+using ClothGap = Gaps<VecCloths, VectorsCloths>;
+
+HWY_NOINLINE ClothGap MapGap(const VectorsCloths& q, const FloatCollider& map) {
+  alignas(64) float x[kClothCount], y[kClothCount], z[kClothCount], gaps[kClothCount];
+  hn::Store(q.x.v, ClothsTag(), x);
+  hn::Store(q.y.v, ClothsTag(), y);
+  hn::Store(q.z.v, ClothsTag(), z);
+  for (size_t lane = 0; lane < kClothCount; ++lane) {
+    const Gap gap = DistanceMapGap(Vec4{x[lane], y[lane], z[lane], 0}, map.point, map.axes,
+                                   map.samples, map.offset);
+    gaps[lane] = gap.gap;
+    x[lane] = gap.normal[0];
+    y[lane] = gap.normal[1];
+    z[lane] = gap.normal[2];
+  }
+  return {LoadCloths(gaps), {LoadCloths(x), LoadCloths(y), LoadCloths(z)}};
+}
+
+HWY_INLINE ClothGap GapAt(const VectorsCloths& q, const ClothCollider& collider) {
+  if (collider.map != nullptr) return MapGap(q, *collider.map);
+  return ShapeGap(collider.kind, q, collider.point, collider.vector, collider.axes,
+                  collider.offset);
+}
+
+class RestingSurfaces {
+ public:
+  static constexpr bool kMoves = false;
+
+  explicit RestingSurfaces(const ClothCollider& collider) : collider_(collider) {}
+
+  ClothGap GapAtStart(const VectorsCloths& p) const { return GapAt(p, collider_); }
+  ClothGap GapAtEnd(const VectorsCloths& q) const { return GapAt(q, collider_); }
+  // Of the gap at q [m].
+  VecCloths RoundOff(const VectorsCloths& q) const {
+    return SplatCloths(kTouchRoundOff) * (SumOfSizes(q) + collider_.size);
+  }
+
+ private:
+  const ClothCollider& collider_;
+};
+
+class MovingSurfaces {
+ public:
+  static constexpr bool kMoves = true;
+
+  MovingSurfaces(const ClothCollider& collider, const ClothMotion& motion)
+      : collider_(collider), motion_(motion) {}
+
+  ClothGap GapAtStart(const VectorsCloths& p) const { return GapFrom(motion_.start, p); }
+  ClothGap GapAtEnd(const VectorsCloths& q) const { return GapFrom(motion_.end, q); }
+  // Of the gap at q [m].
+  VecCloths RoundOff(const VectorsCloths& q) const {
+    return SplatCloths(kTouchRoundOff) * (SumOfSizes(q) + motion_.size);
+  }
+  // Velocities of the points of the colliders that are at `place` then [m/s].
+  VectorsCloths VelocityAtStart(const VectorsCloths& place) const {
+    return VelocityFrom(motion_.start, place);
+  }
+  VectorsCloths VelocityAtEnd(const VectorsCloths& place) const {
+    return VelocityFrom(motion_.end, place);
+  }
+  // Over the substep, of the points that are at `place` when it starts [m/s].
+  VectorsCloths MeanVelocity(const VectorsCloths& place) const {
+    const VectorsCloths tangent = Cross(motion_.angular_velocity, place - motion_.start.position);
+    return motion_.velocity + motion_.chord_sine * tangent +
+           motion_.chord_cosine * Cross(motion_.angular_velocity, tangent);
+  }
+  // Where they go in the substep [m].
+  VectorsCloths WayOf(const VectorsCloths& place) const {
+    return motion_.duration * MeanVelocity(place);
+  }
+
+ private:
+  HWY_INLINE ClothGap GapFrom(const ClothPose& pose, const VectorsCloths& q) const {
+    const VectorsCloths d = q - pose.position;
+    const VectorsCloths turned = {Dot(pose.columns[0], d), Dot(pose.columns[1], d),
+                                  Dot(pose.columns[2], d)};
+    const ClothGap gap = GapAt(motion_.pivot + turned, collider_);
+    const VectorsCloths& n = gap.normal;
+    return {gap.gap, n.x * pose.columns[0] + n.y * pose.columns[1] + n.z * pose.columns[2]};
+  }
+  VectorsCloths VelocityFrom(const ClothPose& pose, const VectorsCloths& place) const {
+    return motion_.velocity + Cross(motion_.angular_velocity, place - pose.position);
+  }
+
+  const ClothCollider& collider_;
+  const ClothMotion& motion_;
+};
+
+// What contacts need to know of a substep (FloatControls, FloatSubstep).
+struct ContactNumbers {
+  VectorsCloths gravity;
+  VecCloths friction_static, friction_dynamic;
+  VecCloths restitution, slowest_rebound, slowest_landing;
+  float h, interval, inverse_interval, half_interval;
+  float depenetration_distance, tolerance;
+  bool is_two_step, has_restitution, has_quiet_links;
+};
+
+// Relative to the surface where the particle is.
+template <class Surface>
+HWY_INLINE VectorsCloths VelocityBefore(const Surface& surface, const VectorsCloths& p,
+                                        const VectorsCloths& v) {
+  if constexpr (Surface::kMoves) return v - surface.VelocityAtStart(p);
+  return v;
+}
+
+// From positions and velocities before the substep. Returns the gap then.
+template <class Surface>
+HWY_INLINE VecCloths PredictContact(const ContactNumbers& numbers, const Surface& surface,
+                                    const VectorsCloths& p, const VectorsCloths& v_before,
+                                    ClothContact& contact, VecCloths& quiet_round_off) {
+  const VecCloths zero = SplatCloths(0);
+  const ClothGap gap = surface.GapAtStart(p);
+  contact.tangent = {zero, zero, zero};
+  contact.normal = zero;
+  contact.floor = ContactFloor(gap.gap, numbers.depenetration_distance);
+  contact.rebound = zero;
+  if (!numbers.has_restitution && !numbers.has_quiet_links) return gap.gap;
+  const VectorsCloths v = VelocityBefore(surface, p, v_before);
+  if (numbers.has_restitution) {
+    contact.rebound = ReboundSpeed(gap.gap, gap.normal, v, numbers.gravity, numbers.restitution,
+                                   numbers.slowest_rebound);
+  }
+  quiet_round_off = Max(quiet_round_off,
+                        QuietRoundOff(gap.gap, surface.RoundOff(p), p, v, numbers.slowest_landing));
+  return gap.gap;
+}
+
+// Friction of a particle, predicted from b. Returns the lanes that it changed beyond the tolerance.
+template <class Surface>
+MaskCloths SolveFriction(const ContactNumbers& numbers, const Surface& surface,
+                         const VectorsCloths& b, const VectorsCloths& n, MaskCloths is_active,
+                         ClothContact& contact, VectorsCloths& u) {
+  VectorsCloths relative = u;
+  // With two steps u is the velocity at the end of the substep, else the mean over it.
+  if constexpr (Surface::kMoves) {
+    relative = u - (numbers.is_two_step ? surface.VelocityAtEnd(b + u * numbers.interval)
+                                        : surface.MeanVelocity(b));
+  }
+  const VecCloths impulse = numbers.is_two_step
+                                ? WholeImpulse(contact.normal, contact.rebound, Dot(relative, n))
+                                : contact.normal;
+  const VectorsCloths tangent = FrictionImpulse(contact.tangent, Tangential(relative, n), impulse,
+                                                numbers.friction_static, numbers.friction_dynamic);
+  const VectorsCloths change = tangent - contact.tangent;
+  u = Select(is_active, u + change, u);
+  contact.tangent = Select(is_active, tangent, contact.tangent);
+  return is_active & (SplatCloths(numbers.interval) * Sqrt(Dot(change, change)) >
+                      SplatCloths(numbers.tolerance));
+}
+
+// From where the particle predicted from b was before the substep, `before()` with two steps, to
+// where it will be after it, relative to the surface.
+template <class Surface, class Before>
+HWY_INLINE VectorsCloths WayOf(const ContactNumbers& numbers, const Surface& surface,
+                               const Before& before, const VectorsCloths& b,
+                               const VectorsCloths& u) {
+  const VectorsCloths move = u * numbers.interval;
+  const VectorsCloths p = numbers.is_two_step ? before() : b;
+  const VectorsCloths way = numbers.is_two_step ? (b - p) + move : move;
+  if constexpr (Surface::kMoves) return way - surface.WayOf(p);
+  return way;
+}
+
+// Whether contacts have given an impulse in one of the lanes in this substep.
+HWY_INLINE bool HasImpulse(const ClothContact& contact) {
+  const VecCloths zero = SplatCloths(0);
+  return IsAnyLaneSet((contact.normal > zero) | (Dot(contact.tangent, contact.tangent) > zero));
+}
+
+// Some lanes against one collider; `before()`: the positions before the substep, with two steps.
+// `after()` is called where it may have changed u.
+template <class Surface, class Before, class After>
+MaskCloths SolveContact(const ContactNumbers& numbers, const Surface& surface, const Before& before,
+                        MaskCloths lanes, const VectorsCloths& b, ClothContact& contact,
+                        VectorsCloths& u, const After& after) {
+  const VecCloths zero = SplatCloths(0);
+  const VectorsCloths q = b + u * numbers.interval;
+  const ClothGap at_end = surface.GapAtEnd(q);
+  const VecCloths round_off = surface.RoundOff(q);
+  // With such a gap the error is more than 0, whatever the way (ContactError).
+  const bool is_apart = AreAllLanesSet(at_end.gap > round_off + round_off);
+  if (is_apart && !HasImpulse(contact)) return {};
+  const VecCloths way = Dot(WayOf(numbers, surface, before, b, u), at_end.normal);
+  const VecCloths error = ContactError(at_end.gap, way, round_off, contact.floor);
+  const VecCloths impulse = ContactImpulse(contact.normal, error, numbers.inverse_interval);
+  if (!IsAnyLaneSet(impulse > zero) && !HasImpulse(contact)) return {};
+  // Changes within the tolerance are applied too, but do not keep the sweeps going: in short
+  // substeps friction consists of nothing else.
+  const VecCloths change = impulse - contact.normal;
+  u = Select(lanes, u + change * at_end.normal, u);
+  contact.normal = Select(lanes, impulse, contact.normal);
+  const VecCloths tolerance = SplatCloths(numbers.tolerance);
+  const MaskCloths changed = lanes & (SplatCloths(numbers.interval) * Abs(change) > tolerance);
+  const MaskCloths has_friction =
+      (numbers.friction_static > zero) &
+      ((contact.normal > zero) | (Dot(contact.tangent, contact.tangent) > zero));
+  const MaskCloths slips =
+      SolveFriction(numbers, surface, b, at_end.normal, lanes & has_friction, contact, u);
+  after();
+  return changed | slips;
+}
+
+// Those that hit this surface in the substep, which began with p and v.
+template <class Surface>
+MaskCloths HaveLanded(const ContactNumbers& numbers, const Surface& surface, const VectorsCloths& p,
+                      const VectorsCloths& v) {
+  return IsLanding(surface.GapAtStart(p).normal, VelocityBefore(surface, p, v),
+                   numbers.slowest_landing);
+}
+
+// The velocity at p after the contact, of the lanes that it pushed.
+template <class Surface>
+VectorsCloths CorrectContact(const ContactNumbers& numbers, const Surface& surface,
+                             const VectorsCloths& p, const ClothContact& contact,
+                             MaskCloths has_impulse, const VectorsCloths& v) {
+  const VecCloths zero = SplatCloths(0);
+  // With two steps u has the speed at which the error of the whole substep was removed.
+  const VectorsCloths kick = numbers.is_two_step ? VectorsCloths{zero, zero, zero}
+                                                 : numbers.gravity * numbers.half_interval;
+  const VectorsCloths n = surface.GapAtEnd(p).normal;
+  const auto after_contact = [&](const VectorsCloths& relative) {
+    return VelocityAfterContact(relative, n, kick, contact.tangent, contact.normal, contact.rebound,
+                                numbers.is_two_step, numbers.friction_static,
+                                numbers.friction_dynamic);
+  };
+  if constexpr (Surface::kMoves) {
+    const VectorsCloths of_surface = surface.VelocityAtEnd(p);
+    return Select(has_impulse, of_surface + after_contact(v - of_surface), v);
+  } else {
+    return Select(has_impulse, after_contact(v), v);
+  }
+}
+
+}  // namespace
+}  // namespace drape::cpu::HWY_NAMESPACE
+HWY_AFTER_NAMESPACE();
+
+#endif  // include guard, once per instruction set
