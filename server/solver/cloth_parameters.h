@@ -81,5 +81,9 @@ inline double SlowestRebound(const ClothParameters& parameters) {
 inline double SlowestLanding(const ClothParameters& parameters) {
   return kLandingSubsteps * parameters.settings.substep_s() * parameters.gravity_m_per_s2.norm();
 }
+// How fast what rests may be made to slide within a substep by its weight [m/s].
+inline double SlowestSlip(const ClothParameters& parameters) {
+  return parameters.settings.substep_s() * parameters.gravity_m_per_s2.norm();
+}
 
 }  // namespace drape

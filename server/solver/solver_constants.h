@@ -20,6 +20,21 @@ inline constexpr double kMaxDepenetrationSpeed_m_per_s = 1.0;
 inline constexpr double kLandingSubsteps = 2;
 inline constexpr double kGrazingSine = 1e-3;
 
+// Friction with two coefficients. A contact slides, so that the dynamic one holds it, where it slid
+// faster when the substep began than static friction could stop within kSlipSubsteps substeps [-],
+// or than kSlipSpeed_m_per_s. What slips more slowly keeps the static one, unless the whole cloth
+// slips. Larger: what begins to slide while something of the cloth holds, or is about to stop,
+// feels the static friction for longer; smaller: loads arrive link by link, and what slips first
+// hands them on, so that slip spreads over what could hold it.
+inline constexpr double kSlipSubsteps = 6;
+inline constexpr double kSlipSpeed_m_per_s = 0.05;
+// In single precision what slips is held by friction only beyond doubt: by so many roundings of its
+// position in the velocity of a substep [-], but at most by this share of the limit [-]. Larger:
+// the whole cloth counts as slipping where parts of it hold; smaller: rounding holds what slips as
+// a whole just beyond its static friction.
+inline constexpr double kSlipRoundOffs = 4;
+inline constexpr double kSlipDoubt = 0.25;
+
 // A particle touches a collider if its gap is smaller than this many roundings of the coordinates
 // from which it is computed [-]: at most 11 of them add up. Larger: particles rest that much off
 // the surface; smaller: rounding looks like motion, and lets go what static friction holds.

@@ -46,6 +46,9 @@ struct ClothStatus {
   uint contacts_failed;  // pins may have forced a pair through itself
   uint most_sweeps;      // of the substep, after the last sweep over the pairs
   uint hit_sweeps;       // beyond max_iterations, over all substeps
+
+  // Only with two frictions: 1 + the last substep in which some contact holds by friction.
+  uint holds_until;
 };
 
 #ifdef __cplusplus

@@ -110,10 +110,16 @@ void LoadParticle(uint i) {
 #endif
 }
 
-void LoadCloth() {
+void LoadCloth(uint status) {
   FOR_EACH(i, 0u, cloth.particle_count) LoadParticle(i);
   if (gl_LocalInvocationID.x == 0u) {
     shared_fault = 0u;
+#ifdef HAS_TWO_FRICTIONS
+    shared_holds_until = 0u;
+#ifdef LOOP_BUDGET
+    if (part != 0u) shared_holds_until = statuses[status].holds_until;
+#endif
+#endif
     for (int f = 0; f < 3; ++f) sweep_changed[f] = 0u;
   }
   PhaseBarrier();
@@ -382,6 +388,9 @@ void StoreStatus(uint status, Progress progress) {
   statuses[status].iterations = progress.sweep_count;
   statuses[status].unconverged_substeps = progress.unconverged_substeps;
   statuses[status].fault = shared_fault;
+#ifdef HAS_TWO_FRICTIONS
+  statuses[status].holds_until = shared_holds_until;
+#endif
   statuses[status].next_substep = progress.substep_index;
   statuses[status].next_sweep = progress.sweep;
 }
@@ -434,7 +443,7 @@ void main() {
 #else
   Progress progress = Progress(0u, 0u, 0u, 0u);
 #endif
-  LoadCloth();
+  LoadCloth(item.status);
 #ifdef LOOP_BUDGET
   FindReach(item.status, part != 0u);
   if (!RunSubsteps(progress)) {

@@ -14,6 +14,7 @@ void main() {
     statuses[status_index].fault = 0u;
     statuses[status_index].sweep_changed = 0u;
     statuses[status_index].is_substep_done = 0u;
+    statuses[status_index].holds_until = 0u;
 #ifdef HAS_COLLIDER_REACH
     for (int k = 0; k < DRAPE_RANGE_WORDS; ++k) statuses[status_index].range[k] = 0u;
     statuses[status_index].far_colliders = 0u;

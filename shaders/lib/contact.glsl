@@ -196,18 +196,43 @@ float ReboundSpeed(Gap at_start, vec3 v, vec3 gravity, float restitution, float 
 
 vec3 TangentialPart(vec3 u, vec3 normal) { return AddScaled(u, -Dot(u, normal), normal); }
 
-// The accumulated tangential impulse times w [m/s] that stops the particle, held inside the Coulomb cone:
-// beyond friction_static * beta_n it slides with friction_dynamic * beta_n.
-vec3 TangentBeta(vec3 beta_t, vec3 u, vec3 normal, float beta_n, float friction_static,
-                 float friction_dynamic) {
-  precise vec3 wanted = beta_t - TangentialPart(u, normal);
-  float length_wanted = Length(wanted);
-  precise float stick_limit = friction_static * beta_n;
-  if (length_wanted <= stick_limit) return wanted;
+// The accumulated tangential impulse times w [m/s] of `wanted`, which stops the particle, of length `size`, held inside
+// the Coulomb cone.
+vec3 TangentBeta(vec3 wanted, float size, float beta_n, float friction) {
+  precise float limit = friction * beta_n;
+  if (size <= limit) return wanted;
   if (beta_n == 0.0) return vec3(0.0);
-  precise float share = friction_dynamic * beta_n / length_wanted;
+  precise float share = limit / size;
   precise vec3 sliding = wanted * share;
   return sliding;
+}
+
+// The friction of a contact in a substep.
+struct Friction {
+  float statics;   // coefficients
+  float dynamics;
+#ifdef HAS_TWO_FRICTIONS
+  bool is_by_speed;  // else what the static one does not hold has the dynamic one
+  float sliding;     // how fast it slid when the substep began [m/s]
+  float slowest;     // SlowestSlip [m/s]
+#endif
+};
+
+#ifdef HAS_TWO_FRICTIONS
+// How fast what has the dynamic friction has slid at least [m/s] (kSlipSubsteps).
+float SlipSpeed(Friction friction, float beta_n) {
+  precise float stops = SLIP_SUBSTEPS * friction.statics * max(friction.slowest, beta_n);
+  return min(SLIP_SPEED, stops);
+}
+#endif
+
+// The coefficient with which friction gives what it can of an impulse of `size`.
+float CoefficientOf(Friction friction, float size, float beta_n) {
+#ifdef HAS_TWO_FRICTIONS
+  if (friction.is_by_speed) return friction.sliding > SlipSpeed(friction, beta_n) ? friction.dynamics : friction.statics;
+#endif
+  precise float limit = friction.statics * beta_n;
+  return size > limit ? friction.dynamics : friction.statics;
 }
 
 // The normal impulse times w on which friction is judged with two steps [m/s]: the whole one of the substep, of which
@@ -223,7 +248,7 @@ float WholeImpulse(float beta_n, float rebound, float normal_speed) {
 // `beta_t`. But with one step v also contains `kick`, the half step of gravity that constraints will take away in the
 // next substep; what stops that has friction of its own.
 vec3 VelocityAfterContact(vec3 v, vec3 normal, vec3 kick, vec3 beta_t, float beta_n, float rebound, bool is_exact,
-                          float friction_static, float friction_dynamic) {
+                          Friction friction) {
   precise float change = rebound - Dot(v, normal);
   if (!is_exact && change <= 0.0) return v;
   vec3 left = TangentialPart(v, normal);
@@ -232,11 +257,15 @@ vec3 VelocityAfterContact(vec3 v, vec3 normal, vec3 kick, vec3 beta_t, float bet
   float normal_kick = is_exact ? 0.0 : max(0.0, min(change, -Dot(kick, normal)));
   if (!is_exact) left = AddScaled(left, -1.0, tangential_kick);
   precise float impulse = max(0.0, beta_n + (change - normal_kick));
-  precise vec3 more = TangentBeta(beta_t, left, normal, impulse, friction_static, friction_dynamic) - beta_t;
+  precise vec3 wanted = beta_t - TangentialPart(left, normal);
+  float size = Length(wanted);
+  precise vec3 more = TangentBeta(wanted, size, impulse, CoefficientOf(friction, size, impulse)) - beta_t;
   left = AddScaled(left, 1.0, more);
   if (!is_exact) {
     left = AddScaled(left, 1.0, tangential_kick);
-    vec3 of_kick = TangentBeta(vec3(0.0), left, normal, normal_kick, friction_static, friction_dynamic);
+    wanted = -TangentialPart(left, normal);
+    size = Length(wanted);
+    vec3 of_kick = TangentBeta(wanted, size, normal_kick, CoefficientOf(friction, size, normal_kick));
     left = AddScaled(left, 1.0, of_kick);
   }
 #endif

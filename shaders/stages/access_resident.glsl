@@ -23,6 +23,9 @@ shared float shared_inverse_masses[kPlaceCount];
 // whose last readers have all passed the barrier that ended sweep k - 1.
 shared uint sweep_changed[3];
 shared uint shared_fault;
+#ifdef HAS_TWO_FRICTIONS
+shared uint shared_holds_until;  // ClothStatus::holds_until
+#endif
 
 #ifdef HAS_QUIET_LINKS
 // A bit per particle.
@@ -101,6 +104,12 @@ uvec2 UnpackPair(uint pair) { return uvec2(pair & 0xffffu, pair >> 16); }
 uvec2 ConstraintPair(uint k) { return UnpackPair(models[cloth.model.pairs + k]); }
 // The particles before and after a link, by its place in the lists of links.
 uvec2 StripEnds(uint place) { return UnpackPair(models[cloth.model.strip_ends + place]); }
+
+#ifdef HAS_TWO_FRICTIONS
+// 1 + the last substep in which some contact holds by friction. All writers write the same value.
+void SetHoldsUntil(uint end) { shared_holds_until = end; }
+uint HoldsUntil() { return shared_holds_until; }
+#endif
 
 // This sweep applied an impulse. All writers write the same value.
 void MarkChanged() {

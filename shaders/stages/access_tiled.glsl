@@ -57,6 +57,12 @@ void FlagParticle(uint i) {
 bool IsFlagged(uint i) { return scratch_words[cloth.scratch.stretched_flags + i] != 0u; }
 #endif
 
+#ifdef HAS_TWO_FRICTIONS
+// 1 + the last substep in which some contact holds by friction. All writers write the same value.
+void SetHoldsUntil(uint end) { statuses[status_index].holds_until = end; }
+uint HoldsUntil() { return statuses[status_index].holds_until; }
+#endif
+
 // This sweep applied an impulse. All writers write the same value.
 void MarkChanged() {
 #ifdef HAS_TOLERANCE

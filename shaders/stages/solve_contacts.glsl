@@ -63,6 +63,61 @@ bool IsAboveContactTolerance(float speed) {
 #endif
 }
 
+Friction FrictionAtOnce() {
+  Friction friction;
+  friction.statics = cloth.step.friction_static;
+  friction.dynamics = cloth.step.friction_dynamic;
+#ifdef HAS_TWO_FRICTIONS
+  friction.is_by_speed = false;
+  friction.sliding = 0.0;
+  friction.slowest = cloth.step.slowest_slip;
+#endif
+  return friction;
+}
+
+#ifdef HAS_TWO_FRICTIONS
+// What a particle does relative to a surface when the substep begins, with two steps.
+struct StartOfContact {
+  vec3 sliding;
+  bool has_landed;  // it hits the surface in the substep
+};
+
+StartOfContact StartOf(Surface surface, uint i) {
+  vec3 p = PreviousPosition(i);
+  vec3 normal = GapAtStart(surface, p).normal;
+  vec3 v = RelativeAtStart(surface, p, PreviousVelocity(i));
+  return StartOfContact(TangentialPart(v, normal), IsLanding(v, normal, cloth.step.slowest_landing));
+}
+
+// Of a contact, if something of the cloth holds.
+Friction FrictionBySpeed(StartOfContact start) {
+  Friction friction = FrictionAtOnce();
+  friction.is_by_speed = !start.has_landed;
+  friction.sliding = Length(start.sliding);
+  return friction;
+}
+
+// The friction of a contact in a sweep, of which `wanted`, of length `size`, would stop the sliding. What holds marks
+// the cloth: static friction holds what acts on it, apart from what it takes to stop it.
+Friction FrictionOf(Surface surface, uint i, vec3 wanted, float size, float impulse) {
+  Friction friction = FrictionAtOnce();
+  if (!IsTwoStep()) return friction;
+  precise float limit = friction.statics * impulse;
+  bool holds = size <= limit;
+  precise float least = friction.dynamics * impulse;
+  if (size > least) {  // what the dynamic friction holds has any of both
+    StartOfContact start = StartOf(surface, i);
+    friction = FrictionBySpeed(start);
+    precise vec3 acts = wanted + start.sliding;
+    precise float rounding = SumOfSizes(Position(i)) * (SLIP_ROUND_OFF * substep.inverse_interval);
+    precise float most = Length(acts) + min(rounding, SLIP_DOUBT * limit);
+    holds = holds || most <= limit;
+  }
+  if (holds) SetHoldsUntil(substep_end_index);
+  return friction;
+}
+#endif
+
 #ifdef HAS_FRICTION
 vec3 SolveContactFriction(uint c, uint i, Surface surface, vec3 u, vec3 normal, float beta_n,
                    bool has_betas) {
@@ -73,12 +128,18 @@ vec3 SolveContactFriction(uint c, uint i, Surface surface, vec3 u, vec3 normal, 
                                : RelativeMean(surface, Position(i), u);
     float impulse = beta_n;
     if (IsTwoStep()) impulse = WholeImpulse(beta_n, Rebound(c, i), Dot(sliding, normal));
-    vec3 wanted = TangentBeta(beta_t, sliding, normal, impulse, cloth.step.friction_static,
-                              cloth.step.friction_dynamic);
-    precise vec3 change = wanted - beta_t;
+    precise vec3 wanted = beta_t - TangentialPart(sliding, normal);
+    float size = Length(wanted);
+#ifdef HAS_TWO_FRICTIONS
+    Friction friction = FrictionOf(surface, i, wanted, size, impulse);
+#else
+    Friction friction = FrictionAtOnce();
+#endif
+    vec3 given = TangentBeta(wanted, size, impulse, CoefficientOf(friction, size, impulse));
+    precise vec3 change = given - beta_t;
     if (IsAboveContactTolerance(Length(change))) MarkChanged();
     u = AddScaled(u, 1.0, change);
-    beta_t = wanted;
+    beta_t = given;
   }
   StoreTangentBeta(c, i, beta_t);
   return u;
@@ -189,15 +250,18 @@ void ForgetFlight(uint i, vec3 p, vec3 v) {
 
 #ifdef HAS_SOLVE_CONTACTS
 // Corrects a velocity relative to the surface.
-vec3 CorrectContactVelocity(uint c, uint i, vec3 normal, vec3 v) {
+vec3 CorrectContactVelocity(uint c, uint i, Surface surface, vec3 normal, vec3 v) {
   float rebound = Rebound(c, i);
   vec3 beta_t = vec3(0.0);
 #ifdef HAS_FRICTION
   beta_t = LoadTangentBeta(c, i);
 #endif
   precise vec3 kick = 0.5 * substep.interval * cloth.step.gravity.xyz;
-  return VelocityAfterContact(v, normal, kick, beta_t, scratch[NormalBetaWord(c, i)], rebound, IsTwoStep(),
-                              cloth.step.friction_static, cloth.step.friction_dynamic);
+  Friction friction = FrictionAtOnce();
+#ifdef HAS_TWO_FRICTIONS
+  if (IsTwoStep() && HoldsUntil() == substep_end_index) friction = FrictionBySpeed(StartOf(surface, i));
+#endif
+  return VelocityAfterContact(v, normal, kick, beta_t, scratch[NormalBetaWord(c, i)], rebound, IsTwoStep(), friction);
 }
 
 // The velocity v at p, the end of the substep, after all contacts that pushed.
@@ -211,7 +275,7 @@ vec3 VelocityAfterContacts(uint i, vec3 p, vec3 v) {
     if (scratch[NormalBetaWord(c, i)] <= 0.0) continue;
     Surface surface = LoadSurface(c);
     vec3 normal = GapAtEnd(surface, p).normal;
-    vec3 relative = CorrectContactVelocity(c, i, normal, RelativeAtEnd(surface, p, v));
+    vec3 relative = CorrectContactVelocity(c, i, surface, normal, RelativeAtEnd(surface, p, v));
 #ifdef HAS_IMPULSES
     vec3 before = v;
 #endif

@@ -13,6 +13,7 @@ uint substep_kind;
 SubstepRecord substep;
 #endif
 bool is_last_substep;
+uint substep_end_index;  // 1 + its index
 uint pin_shares;  // pins move 1 / pin_shares of the rest of their way
 // Seconds since the start of the step; only with moving colliders.
 float substep_begin;
@@ -30,6 +31,9 @@ void BeginSubstep(uint index) {
   substep = cloths[cloth_slot].substeps[kind];
 #endif
   is_last_substep = index + 1u == cloth.step.substeps;
+#ifdef HAS_TWO_FRICTIONS
+  substep_end_index = index + 1u;
+#endif
   pin_shares = substep.pin_end - index;
 #ifdef HAS_IMPULSES
   BeginImpulses(index);

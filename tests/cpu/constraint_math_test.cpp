@@ -136,19 +136,35 @@ TEST(ConstraintMathTest, ContactsOnlyPush) {
 }
 
 TEST(ConstraintMathTest, FrictionSticksInsideTheConeAndSlidesOutside) {
-  const Vec4 u{0.3f, 0, 0.4f, 0};
-  const Vec4 stick = FrictionImpulse(Vec4{}, u, 1.0f, 0.6f, 0.5f);
-  for (int k = 0; k < 3; ++k) EXPECT_EQ(stick[k], -u[k]);
-  const Vec4 slide = FrictionImpulse(Vec4{}, u, 0.5f, 0.6f, 0.5f);
+  const Vec4 wanted{0.3f, 0, 0.4f, 0};
+  const auto impulse = [&](float beta_normal) {
+    const float size = Length(wanted);
+    return FrictionImpulse(wanted, size, beta_normal,
+                           FrictionAtOnce(size, beta_normal, 0.6f, 0.5f));
+  };
+  const Vec4 stick = impulse(1.0f);
+  for (int k = 0; k < 3; ++k) EXPECT_EQ(stick[k], wanted[k]);
+  const Vec4 slide = impulse(0.5f);
   EXPECT_NEAR(Length(slide), 0.5f * 0.5f, kFewUlps);
-  EXPECT_LT(Dot(slide, u), 0);
-  EXPECT_EQ(Length(FrictionImpulse(Vec4{0.1f, 0, 0, 0}, u, 0.0f, 0.6f, 0.5f)), 0)
-      << "a contact that has let go has no friction";
+  EXPECT_GT(Dot(slide, wanted), 0);
+  EXPECT_EQ(Length(impulse(0)), 0) << "a contact that has let go has no friction";
+}
+
+TEST(ConstraintMathTest, WhatSlidesIsFasterThanStaticFrictionStopsSoon) {
+  EXPECT_FLOAT_EQ(SlipSpeed(0.5f, 0.002f, 0.003f), 0.009f) << "the weight";
+  EXPECT_FLOAT_EQ(SlipSpeed(0.5f, 0.01f, 0.003f), 0.03f) << "the pressure";
+  EXPECT_FLOAT_EQ(SlipSpeed(0.5f, 10.0f, 0.003f), 0.05f) << "at most";
+}
+
+// Coefficients s and d of what slips at once.
+auto AtOnce(float s, float d) {
+  return [=](float size, float beta_normal) { return FrictionAtOnce(size, beta_normal, s, d); };
 }
 
 // After sweeps that made no impulse, with friction coefficients s and d.
 Vec4 AfterContact(Vec4 v, float rebound, float s, float d) {
-  return VelocityAfterContact(v, Vec4{0, 1, 0, 0}, Vec4{}, Vec4{}, 0.0f, rebound, false, s, d);
+  return VelocityAfterContact(v, Vec4{0, 1, 0, 0}, Vec4{}, Vec4{}, 0.0f, rebound, false,
+                              AtOnce(s, d));
 }
 
 TEST(ConstraintMathTest, VelocityAfterContact) {
@@ -169,8 +185,8 @@ TEST(ConstraintMathTest, FrictionOfTwoStepsIsJudgedOnTheWholeImpulse) {
   const auto after = [](float friction_static, float friction_dynamic) {
     // Friction of 0.6 times 1 has left 0.9.
     return VelocityAfterContact(Vec4{0.9f, -2, 0, 0}, Vec4{0, 1, 0, 0}, Vec4{},
-                                Vec4{-0.6f, 0, 0, 0}, 1.0f, 0.0f, true, friction_static,
-                                friction_dynamic);
+                                Vec4{-0.6f, 0, 0, 0}, 1.0f, 0.0f, true,
+                                AtOnce(friction_static, friction_dynamic));
   };
   EXPECT_EQ(Length(after(0.7f, 0.6f)), 0);
   EXPECT_NEAR(after(0.4f, 0.3f)[0], 1.5f - 0.3f * 3, 2 * kFewUlps);
@@ -180,7 +196,7 @@ TEST(ConstraintMathTest, FrictionOfTwoStepsIsJudgedOnTheWholeImpulse) {
 TEST(ConstraintMathTest, TwoStepsLeaveExactlyTheRebound) {
   const Vec4 n{0, 1, 0, 0};
   const Vec4 v =
-      VelocityAfterContact(Vec4{1, 2, 0, 0}, n, Vec4{}, Vec4{}, 3.0f, 0.0f, true, 0.0f, 0.0f);
+      VelocityAfterContact(Vec4{1, 2, 0, 0}, n, Vec4{}, Vec4{}, 3.0f, 0.0f, true, AtOnce(0, 0));
   EXPECT_EQ(v[0], 1);
   EXPECT_EQ(v[1], 0);
   EXPECT_TRUE(IsLanding(n, Vec4{0, -1, 0, 0}, 0.5f));

@@ -168,6 +168,8 @@ TEST_P(WholeStepParityTest, BoxAndCapsule) {
   // The larger one in tiles.
   for (const auto& [side, substeps] : {std::pair{15u, 1u}, {15u, 8u}, {33u, 8u}}) {
     Scene scene = FallingOnBoxAndCapsule(side);
+    // Where they differ, rounding decides whether one of many particles at the limit slips.
+    if (side == 33) scene.parameters.friction_dynamic = scene.parameters.friction_static;
     UseSubsteps(scene, substeps);
     for (auto& v : scene.state.velocities_m_per_s) v.y() = -3;  // meets both in the second step
     ExpectParity(GetParam(), scene, 2);

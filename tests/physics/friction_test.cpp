@@ -68,9 +68,18 @@ TEST_P(SheetFriction, ASheetSlidesWithTheDynamicCoefficient) {
   const Vector3d downhill(std::cos(angle), -std::sin(angle), 0);
   const double roundings = kSteps * scene.parameters.settings.substeps * 12 + 4;
   const double bound = roundings * round_off() * kG * time;
+  // With two steps, what is slower than SlipSpeed feels the static friction until
+  // `correct_velocity` finds that nothing holds: its velocity is right then, its way too short by
+  // that of a substep.
+  const double h = scene.parameters.settings.substep_s();
+  const double pressed = kG * std::cos(angle);
+  const double slow_s = kSlipSubsteps * 0.4 * h * kG / acceleration;
+  const double late = preset() == Preset::kPaper ? 0 : (0.4 - 0.3) * pressed * h * slow_s;
   for (size_t i = 0; i < state.positions_m.size(); ++i) {
     const Vector3d way = state.positions_m[i] - start.positions_m[i];
-    EXPECT_NEAR(way.dot(downhill), acceleration * time * time / 2, bound) << "particle " << i;
+    const double expected = acceleration * time * time / 2;
+    EXPECT_LE(way.dot(downhill), expected + bound) << "particle " << i;
+    EXPECT_GE(way.dot(downhill), expected - late - bound) << "particle " << i;
     EXPECT_NEAR(state.velocities_m_per_s[i].dot(downhill), acceleration * time, bound);
   }
 }

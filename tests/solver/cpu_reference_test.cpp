@@ -86,14 +86,21 @@ TEST(ReferenceContact, GapsAndNormalsOfPlaneAndSphere) {
   EXPECT_EQ(ContactAt(sphere, 0, {1, 0, 0}).normal, Vector3d::UnitY());
 }
 
-TEST(FrictionImpulse, SticksUpToTheStaticLimitThenSlides) {
+TEST(FrictionImpulse, GivesWhatIsWantedUpToTheLimit) {
   const Vector3d wanted(0.3, 0, 0.4);  // 0.5
-  EXPECT_EQ(FrictionImpulse(wanted, 1, 0.5, 0.25), wanted) << "at the limit";
-  const Vector3d granted = FrictionImpulse(wanted, 0.9, 0.5, 0.25);
+  EXPECT_EQ(FrictionImpulse(wanted, 1, 0.5), wanted) << "at the limit";
+  const Vector3d granted = FrictionImpulse(wanted, 0.9, 0.25);
   EXPECT_LE((granted - wanted * (0.25 * 0.9 / 0.5)).norm(), 1e-16);
-  EXPECT_EQ(FrictionImpulse(wanted, 0, 0.5, 0.25), Vector3d::Zero()) << "nothing presses";
-  EXPECT_EQ(FrictionImpulse(wanted, 3, 0, 0), Vector3d::Zero()) << "no friction";
-  EXPECT_EQ(FrictionImpulse(Vector3d::Zero(), 0, 0, 0), Vector3d::Zero());
+  EXPECT_EQ(FrictionImpulse(wanted, 0, 0.5), Vector3d::Zero()) << "nothing presses";
+  EXPECT_EQ(FrictionImpulse(wanted, 3, 0), Vector3d::Zero()) << "no friction";
+  EXPECT_EQ(FrictionImpulse(Vector3d::Zero(), 0, 0), Vector3d::Zero());
+}
+
+TEST(SlipSpeed, IsWhatStaticFrictionStopsInSixSubstepsButNoMoreThanFiveCentimetresPerSecond) {
+  EXPECT_DOUBLE_EQ(SlipSpeed(0.5, 0.002, 0.003), 0.009) << "the weight";
+  EXPECT_DOUBLE_EQ(SlipSpeed(0.5, 0.01, 0.003), 0.03) << "the pressure";
+  EXPECT_DOUBLE_EQ(SlipSpeed(0.5, 10, 0.003), 0.05);
+  EXPECT_EQ(SlipSpeed(0, 10, 0.003), 0);
 }
 
 // k (|d| - l0) + c (v_j - v_i).d = 10 (2 - 1.5) + 2 (-0.25) = 4.5 N towards each other.

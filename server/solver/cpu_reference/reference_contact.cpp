@@ -29,10 +29,15 @@ double ReboundSpeed(const ReferenceContact& contact, const Eigen::Vector3d& velo
 }
 
 Eigen::Vector3d FrictionImpulse(const Eigen::Vector3d& wanted, double normal_impulse,
-                                double friction_static, double friction_dynamic) {
+                                double friction) {
   const double size = wanted.norm();
-  if (size <= friction_static * normal_impulse) return wanted;
-  return wanted * (friction_dynamic * normal_impulse / size);
+  const double limit = friction * normal_impulse;
+  return size <= limit ? wanted : Eigen::Vector3d(wanted * (limit / size));
+}
+
+double SlipSpeed(double friction_static, double normal_impulse, double slowest_m_per_s) {
+  return std::min(kSlipSpeed_m_per_s,
+                  kSlipSubsteps * friction_static * std::max(normal_impulse, slowest_m_per_s));
 }
 
 bool IsLanding(const Eigen::Vector3d& relative_m_per_s, const Eigen::Vector3d& normal,

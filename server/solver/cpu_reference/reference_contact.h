@@ -34,10 +34,14 @@ double ReboundSpeed(const ReferenceContact& contact, const Eigen::Vector3d& velo
                     const Eigen::Vector3d& gravity_m_per_s2, double restitution,
                     double slowest_m_per_s);
 
-// Coulomb's law on accumulated impulses: `wanted` stops the sliding; it is granted up to the static
-// limit, beyond that its size becomes the dynamic friction.
+// Coulomb's law on accumulated impulses: of `wanted`, which stops the sliding, what is within
+// `friction` times the normal impulse.
 Eigen::Vector3d FrictionImpulse(const Eigen::Vector3d& wanted, double normal_impulse,
-                                double friction_static, double friction_dynamic);
+                                double friction);
+
+// How fast what has the dynamic friction has slid at least [m/s] (kSlipSubsteps). `slowest`:
+// SlowestSlip.
+double SlipSpeed(double friction_static, double normal_impulse, double slowest_m_per_s);
 
 // Whether a particle with this velocity relative to the surface hits it: faster than gravity makes
 // what rests, and not only because the surface is curved.

@@ -46,6 +46,51 @@ void PushCollider(const StepContext& context, uint32_t i, size_t c, const Vector
                                place - context.colliders.PivotAtEnd(c));
 }
 
+// Relative to the surface of collider c when this substep began, with two steps.
+Vector3d VelocityAtStart(const StepContext& context, uint32_t i, size_t c) {
+  return context.previous.velocities_m_per_s[i] -
+         context.colliders.VelocityAtStart(c, context.previous.positions_m[i]);
+}
+
+Vector3d NormalAtStart(const StepContext& context, uint32_t i, size_t c) {
+  return context.colliders.AtStart(c, context.previous.positions_m[i]).normal;
+}
+
+// Whether the particle hit collider c in this substep.
+bool HasLanded(const StepContext& context, uint32_t i, size_t c) {
+  return IsLanding(VelocityAtStart(context, i, c), NormalAtStart(context, i, c),
+                   SlowestLanding(context.parameters));
+}
+
+bool HasTwoFrictions(const StepContext& context) {
+  return context.parameters.friction_static > context.parameters.friction_dynamic;
+}
+
+// Whether static friction holds what acts on the particle, apart from what it takes to stop it.
+bool Holds(const StepContext& context, uint32_t i, size_t c, const Vector3d& wanted,
+           double normal_impulse) {
+  const double limit = context.parameters.friction_static * normal_impulse;
+  if (wanted.norm() <= limit) return true;
+  const Vector3d sliding = Tangential(VelocityAtStart(context, i, c), NormalAtStart(context, i, c));
+  return (wanted + sliding).norm() <= limit;
+}
+
+// The coefficient of a contact, where `wanted` would stop the sliding. `something_holds`: of the
+// whole cloth.
+double FrictionOf(const StepContext& context, uint32_t i, size_t c, double wanted,
+                  double normal_impulse, bool something_holds) {
+  const double statics = context.parameters.friction_static;
+  const double dynamics = context.parameters.friction_dynamic;
+  if (!HasTwoFrictions(context)) return statics;
+  if (!context.substep.is_two_step || !something_holds || HasLanded(context, i, c)) {
+    return wanted > statics * normal_impulse ? dynamics : statics;
+  }
+  const double speed =
+      Tangential(VelocityAtStart(context, i, c), NormalAtStart(context, i, c)).norm();
+  return speed > SlipSpeed(statics, normal_impulse, SlowestSlip(context.parameters)) ? dynamics
+                                                                                     : statics;
+}
+
 // gap >= floor with impulses that only push (Bender et al. 2009, section 3.2, inequality
 // constraints), then Coulomb friction against the motion of the substep relative to the surface.
 bool SolveContact(StepContext& context, uint32_t i, size_t c, ContactImpulse& beta) {
@@ -67,23 +112,18 @@ bool SolveContact(StepContext& context, uint32_t i, size_t c, ContactImpulse& be
   if (!has_friction) return has_changed;
   const Vector3d relative = u - SurfaceVelocity(context, i, c);
   const Vector3d sliding = Tangential(relative, n);
-  const Vector3d tangential =
-      FrictionImpulse(beta.tangential - sliding, NormalImpulse(context, i, c, relative.dot(n)),
-                      parameters.friction_static, parameters.friction_dynamic);
+  const Vector3d wanted = beta.tangential - sliding;
+  const double impulse = NormalImpulse(context, i, c, relative.dot(n));
+  if (context.substep.is_two_step && HasTwoFrictions(context)) {
+    context.something_holds |= Holds(context, i, c, wanted, impulse);
+  }
+  const double friction = FrictionOf(context, i, c, wanted.norm(), impulse, true);
+  const Vector3d tangential = FrictionImpulse(wanted, impulse, friction);
   const Vector3d tangential_change = tangential - beta.tangential;
   u += tangential_change;
   PushCollider(context, i, c, place, tangential_change);
   beta.tangential = tangential;
   return has_changed || IsAboveTolerance(context, tangential_change.norm());
-}
-
-// Whether the particle hit collider c in this substep, which began with the previous state.
-bool HasLanded(const StepContext& context, uint32_t i, size_t c) {
-  const Vector3d& p = context.previous.positions_m[i];
-  const Vector3d relative =
-      context.previous.velocities_m_per_s[i] - context.colliders.VelocityAtStart(c, p);
-  return IsLanding(relative, context.colliders.AtStart(c, p).normal,
-                   SlowestLanding(context.parameters));
 }
 
 // A difference over two steps remembers the velocity before an impact: the particle goes on as if
@@ -119,8 +159,9 @@ void CorrectContactVelocity(StepContext& context, uint32_t i, size_t c, double r
   const double change = rebound - v.dot(n);
   if (!(change > 0) && !is_two_step) return;
   const auto friction = [&](const Vector3d& wanted, double normal_impulse) {
-    return FrictionImpulse(wanted, normal_impulse, parameters.friction_static,
-                           parameters.friction_dynamic);
+    return FrictionImpulse(
+        wanted, normal_impulse,
+        FrictionOf(context, i, c, wanted.norm(), normal_impulse, context.something_holds));
   };
   const Vector3d kick =
       is_two_step ? Vector3d::Zero() : Vector3d(context.h / 2 * parameters.gravity_m_per_s2);
@@ -151,6 +192,7 @@ double ContactFloor(const StepContext& context, uint32_t i, size_t c) {
 }
 
 void PredictContacts(StepContext& context) {
+  context.something_holds = false;
   const ClothParameters& parameters = context.parameters;
   const ReferenceColliders& colliders = context.colliders;
   context.rebounds.assign(context.model.particle_count() * colliders.size(), 0.0);

@@ -82,6 +82,7 @@ struct StepContext {
   std::vector<ContactImpulse> beta;           // times w, [particle_count][collider_count] [m/s]
   std::unique_ptr<ImpulseSums> impulses;      // null: nobody asks for them
   std::vector<double> rebounds;               // [particle_count][collider_count] [m/s]; 0: no hit
+  bool something_holds = false;               // some contact, by friction, in this substep
   ReferenceSurfaceContacts surface_contacts;  // of edges and triangles
 };
 

@@ -21,6 +21,7 @@ enum class Feature : uint8_t {
   kOwnLengths,  // rest lengths in the parameters, not in the model
   kJointCompliance,
   kFriction,
+  kTwoFrictions,  // a static one and a smaller dynamic one, with two steps
   kRestitution,
   kMovingColliders,
   kColliderReach,  // a step leaves out the colliders that the cloth cannot meet in it
@@ -40,29 +41,15 @@ enum class Feature : uint8_t {
 };
 
 // [Feature], in the order above.
-inline constexpr std::array<std::string_view, 22> kFeatureNames = {
-    "spring_forces",
-    "compliance",
-    "inequalities",
-    "own_lengths",
-    "joint_compliance",
-    "friction",
-    "restitution",
-    "moving_colliders",
-    "collider_reach",
-    "damping",
-    "pins",
-    "tolerance",
-    "two_steps",
-    "start_directions",
-    "regular_strips",
-    "spans_that_give",
-    "quiet_links",
-    "grips",
-    "energy_watch",
-    "remainders",
-    "hinge_angles",
-    "impulses",
+inline constexpr std::array<std::string_view, 23> kFeatureNames = {
+    "spring_forces",  "compliance",       "inequalities",
+    "own_lengths",    "joint_compliance", "friction",
+    "two_frictions",  "restitution",      "moving_colliders",
+    "collider_reach", "damping",          "pins",
+    "tolerance",      "two_steps",        "start_directions",
+    "regular_strips", "spans_that_give",  "quiet_links",
+    "grips",          "energy_watch",     "remainders",
+    "hinge_angles",   "impulses",
 };
 static_assert(static_cast<size_t>(Feature::kImpulses) + 1 == kFeatureNames.size());
 

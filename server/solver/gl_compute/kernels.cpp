@@ -38,6 +38,10 @@ std::string ConstantDefines() {
   text << "#define TOUCH_ROUND_OFF " << kTouchRoundOffs * round_off << "\n";
   text << "#define QUIET_ROUND_OFF " << kQuietRoundOffs * round_off << "\n";
   text << "#define GRAZING_SINE " << kGrazingSine << "\n";
+  text << "#define SLIP_SUBSTEPS " << kSlipSubsteps << "\n";
+  text << "#define SLIP_SPEED " << kSlipSpeed_m_per_s << "\n";
+  text << "#define SLIP_ROUND_OFF " << kSlipRoundOffs * round_off << "\n";
+  text << "#define SLIP_DOUBT " << kSlipDoubt << "\n";
   text << "#define EDGE_SHARE " << self_contact::kEdgeShare << "\n";
   text << "#define REST_SHARE " << self_contact::kRestShare << "\n";
   text << "#define CORE_SHARE " << self_contact::kCoreShare << "\n";
@@ -68,7 +72,7 @@ using Kernels = StepKernels;
 constexpr TraitSet kShapeTraits = TraitSet::OfAllShapes() | TraitSet{kMovingColliders};
 constexpr TraitSet kColliderTraits = kShapeTraits | TraitSet{kColliderReach};
 constexpr TraitSet kContactTraits =
-    kColliderTraits | TraitSet{kSolveContacts, kFriction, kRestitution};
+    kColliderTraits | TraitSet{kSolveContacts, kFriction, kTwoFrictions, kRestitution};
 
 constexpr TiledKernel kTiledKernels[] = {
     {"tiled_begin",
@@ -142,8 +146,8 @@ constexpr TiledKernel kTiledKernels[] = {
      .local_size = &KernelVariant::contact_local_size},
     {"tiled_solve_contacts",
      {kSolveContacts},
-     kColliderTraits |
-         TraitSet{kTwoSteps, kTolerance, kFriction, kRestitution, kSolveSelfContacts, kImpulses},
+     kColliderTraits | TraitSet{kTwoSteps, kTolerance, kFriction, kTwoFrictions, kRestitution,
+                                kSolveSelfContacts, kImpulses},
      &Kernels::tiled_solve_contacts},
     {"tiled_end_sweep", {kTolerance}, {kSolveSelfContacts}, &Kernels::tiled_end_sweep},
     {"tiled_integrate",

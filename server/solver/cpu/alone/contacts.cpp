@@ -13,6 +13,26 @@
 
 #include "server/solver/cpu/alone/particle_block-inl.h"
 
+#ifndef DRAPE_CPU_ALONE_CONTACTS_OUTCOME_
+#define DRAPE_CPU_ALONE_CONTACTS_OUTCOME_
+namespace drape::cpu {
+namespace {
+
+// What a sweep finds, by any of the threads that share the particles.
+struct Outcome {
+  void AddTo(StepScratch& scratch) const {
+    scratch.reach.has_left |= has_left;
+    scratch.something_holds |= something_holds;
+  }
+
+  std::atomic<bool> has_left = false;         // a particle has left the range
+  std::atomic<bool> something_holds = false;  // some contact, by friction
+};
+
+}  // namespace
+}  // namespace drape::cpu
+#endif
+
 HWY_BEFORE_NAMESPACE();
 namespace drape::cpu::HWY_NAMESPACE {
 namespace {
@@ -77,6 +97,7 @@ ContactNumbers NumbersOf(const StepContext& context) {
           .restitution = SplatCloths(controls.restitution),
           .slowest_rebound = SplatCloths(controls.slowest_rebound),
           .slowest_landing = SplatCloths(controls.slowest_landing),
+          .slowest_slip = SplatCloths(controls.slowest_slip),
           .h = controls.h,
           .interval = substep.interval,
           .inverse_interval = substep.inverse_interval,
@@ -85,7 +106,9 @@ ContactNumbers NumbersOf(const StepContext& context) {
           .tolerance = controls.contact_tolerance,
           .is_two_step = substep.is_two_step,
           .has_restitution = controls.has_restitution,
-          .has_quiet_links = controls.plan.solver.has_quiet_links};
+          .has_quiet_links = controls.plan.solver.has_quiet_links,
+          .has_two_frictions =
+              substep.is_two_step && controls.friction_static > controls.friction_dynamic};
 }
 
 MaskCloths AllLanes() {
@@ -167,10 +190,16 @@ void FindContactFloorsOf(const StepContext& context, const Surfaces& surfaces,
   });
 }
 
-// Returns whether a contact changed; `has_left`: set if a particle has left the range.
+// With two steps.
+ParticlesBefore Before(const StepContext& context, const ParticleBlock& block) {
+  const FloatState& previous = context.scratch.previous;
+  return {block.Load(previous.positions), block.Load(previous.velocities)};
+}
+
+// Returns whether a contact changed.
 template <bool kAsks, class Surfaces>
 bool SolveContactsOf(const StepContext& context, const Surfaces& surfaces,
-                     std::span<const uint32_t> particles, std::atomic<bool>& has_left) {
+                     std::span<const uint32_t> particles, Outcome& outcome) {
   StepScratch& scratch = context.scratch;
   const size_t count = surfaces.size();
   const ContactNumbers numbers = NumbersOf(context);
@@ -190,7 +219,7 @@ bool SolveContactsOf(const StepContext& context, const Surfaces& surfaces,
     watch(block, place);
     return MayTouch(block, count, [&](size_t k) { return are_clear(block, k, place); });
   };
-  MaskCloths changed{};
+  MaskCloths changed{}, something_holds{};
   ForBlocks(particles, may_touch, [&](const ParticleBlock& block) {
     const VectorsCloths b = block.Load(scratch.state.positions);
     VectorsCloths u = block.Load(scratch.state.velocities);
@@ -201,8 +230,8 @@ bool SolveContactsOf(const StepContext& context, const Surfaces& surfaces,
       if (!IsAnyLaneSet(lanes)) continue;
       ClothContact contact = block.LoadContact(scratch.contacts, count, k);
       changed |= SolveContact(
-          numbers, surfaces[k], [&] { return block.Load(scratch.previous.positions); }, lanes, b,
-          contact, u,
+          numbers, surfaces[k], [&] { return Before(context, block); }, lanes, b, contact, u,
+          something_holds,
           [&] {
             has_new_velocity = true;
             block.StoreContact(contact, scratch.contacts, count, k);
@@ -224,7 +253,8 @@ bool SolveContactsOf(const StepContext& context, const Surfaces& surfaces,
     }
     if (has_new_velocity) block.Store(u, scratch.state.velocities);
   });
-  if (IsAnyLaneSet(have_left)) has_left = true;
+  if (IsAnyLaneSet(have_left)) outcome.has_left = true;
+  if (IsAnyLaneSet(something_holds)) outcome.something_holds = true;
   return IsAnyLaneSet(changed);
 }
 
@@ -263,6 +293,7 @@ void CorrectVelocityOf(const StepContext& context, const Surfaces& surfaces,
   StepScratch& scratch = context.scratch;
   const size_t count = surfaces.size();
   const ContactNumbers numbers = NumbersOf(context);
+  const MaskCloths something_holds = scratch.something_holds ? AllLanes() : MaskCloths{};
   const auto correct = [&](const ParticleBlock& block) {
     const VectorsCloths p = block.Load(scratch.state.positions);
     VectorsCloths v = block.Load(scratch.state.velocities);
@@ -273,16 +304,16 @@ void CorrectVelocityOf(const StepContext& context, const Surfaces& surfaces,
       const MaskCloths has_impulse = block.lanes() & (contact.normal > SplatCloths(0));
       if (!IsAnyLaneSet(has_impulse)) continue;
       const auto surface = surfaces[k];
+      StartOfContact start{};
       if (numbers.is_two_step) {
-        const MaskCloths land_here =
-            AndNot(have_landed, has_impulse & HaveLanded(numbers, surface,
-                                                         block.Load(scratch.previous.positions),
-                                                         block.Load(scratch.previous.velocities)));
+        const ParticlesBefore before = Before(context, block);
+        start = StartOf(numbers, surface, before.p, before.v);
+        const MaskCloths land_here = AndNot(have_landed, has_impulse & start.has_landed);
         ForLanes(land_here, [&](uint32_t lane) { landed_on[lane] = k; });
         have_landed |= land_here;
       }
       [[maybe_unused]] const VectorsCloths before = v;
-      v = CorrectContact(numbers, surface, p, contact, has_impulse, v);
+      v = CorrectContact(numbers, surface, start, p, contact, has_impulse, something_holds, v);
       if constexpr (kAsks) {
         const LaneVectors changes(v - before);
         ForLanes(has_impulse, [&](uint32_t lane) {
@@ -314,11 +345,10 @@ bool Predict(const StepContext& context, std::span<const uint32_t> particles) {
 void FindFloors(const StepContext& context, std::span<const uint32_t> particles) {
   WithSurfaces(context, [&](const auto& s) { FindContactFloorsOf(context, s, particles); });
 }
-bool Solve(const StepContext& context, std::span<const uint32_t> particles,
-           std::atomic<bool>& has_left) {
+bool Solve(const StepContext& context, std::span<const uint32_t> particles, Outcome& outcome) {
   return WithSurfaces(context, [&](const auto& s) {
-    return context.impulses() != nullptr ? SolveContactsOf<true>(context, s, particles, has_left)
-                                         : SolveContactsOf<false>(context, s, particles, has_left);
+    return context.impulses() != nullptr ? SolveContactsOf<true>(context, s, particles, outcome)
+                                         : SolveContactsOf<false>(context, s, particles, outcome);
   });
 }
 void Correct(const StepContext& context, std::span<const uint32_t> particles) {
@@ -346,6 +376,7 @@ HWY_EXPORT(Correct);
 
 void PredictContacts(const StepContext& context) {
   if (context.scratch.reach.near.empty()) return;
+  context.scratch.something_holds = false;
   context.scratch.has_quiet_particles =
       context.AnyFreeRange([&](std::span<const uint32_t> particles) {
         return HWY_DYNAMIC_DISPATCH(Predict)(context, particles);
@@ -362,18 +393,18 @@ void FindContactFloors(const StepContext& context) {
 bool SolveContacts(const StepContext& context) {
   ColliderReach& reach = context.scratch.reach;
   if (reach.near.empty() && !reach.WatchesSweeps(context.max_iterations)) return false;
-  std::atomic<bool> has_left = false;
+  Outcome outcome;
   const bool has_changed = context.AnyFreeRange([&](std::span<const uint32_t> particles) {
-    return HWY_DYNAMIC_DISPATCH(Solve)(context, particles, has_left);
+    return HWY_DYNAMIC_DISPATCH(Solve)(context, particles, outcome);
   });
-  reach.has_left |= has_left;
+  outcome.AddTo(context.scratch);
   return has_changed;
 }
 
 void SolveContactsOfParticle(const StepContext& context, uint32_t particle) {
-  std::atomic<bool> has_left = false;
-  HWY_DYNAMIC_DISPATCH(Solve)(context, {&particle, 1}, has_left);
-  context.scratch.reach.has_left |= has_left;
+  Outcome outcome;
+  HWY_DYNAMIC_DISPATCH(Solve)(context, {&particle, 1}, outcome);
+  outcome.AddTo(context.scratch);
 }
 
 void CorrectVelocity(const StepContext& context) {

@@ -211,18 +211,34 @@ inline Vectors Tangential(const Vectors& u, const Vectors& n) {
   return u - Dot(u, n) * n;
 }
 
-// New accumulated friction impulse times w: the one that stops the tangential velocity, limited by
-// Coulomb's law (a velocity constraint in the sense of Bender et al. 2009, section 3.2; formula in
-// server/solver/method.md): b = beta_t - u_t, and if |b| > mu_s beta_n, b mu_d beta_n / |b|.
+// New accumulated friction impulse times w: of `wanted` = beta_t - u_t, which stops the tangential
+// velocity, what is within Coulomb's law (a velocity constraint in the sense of Bender et al. 2009,
+// section 3.2; formula in server/solver/method.md): b = wanted, and if |b| > mu beta_n, b mu beta_n
+// / |b|. `size` = |wanted|.
 template <class Scalars, class Vectors>
-inline Vectors FrictionImpulse(const Vectors& beta_tangent, const Vectors& tangential_velocity,
-                               const Scalars& beta_normal, const Scalars& friction_static,
-                               const Scalars& friction_dynamic) {
-  const Vectors b = beta_tangent - tangential_velocity;
-  const Scalars length = Sqrt(Dot(b, b));
-  const auto slips = length > friction_static * beta_normal;
-  if (!IsAnyLaneSet(slips)) return b;
-  return Select(slips, ((friction_dynamic * beta_normal) / length) * b, b);
+inline Vectors FrictionImpulse(const Vectors& wanted, const Scalars& size,
+                               const Scalars& beta_normal, const Scalars& friction) {
+  const Scalars limit = friction * beta_normal;
+  const auto slips = size > limit;
+  if (!IsAnyLaneSet(slips)) return wanted;
+  return Select(slips, (limit / size) * wanted, wanted);
+}
+
+// The coefficient of what slips as soon as the static one does not hold it.
+template <class Scalars>
+inline Scalars FrictionAtOnce(const Scalars& size, const Scalars& beta_normal,
+                              const Scalars& friction_static, const Scalars& friction_dynamic) {
+  return Select(size > friction_static * beta_normal, friction_dynamic, friction_static);
+}
+
+// How fast what has the dynamic friction has slid at least (kSlipSubsteps). `slowest`: SlowestSlip.
+template <class Scalars>
+inline Scalars SlipSpeed(const Scalars& friction_static, const Scalars& beta_normal,
+                         const Scalars& slowest) {
+  constexpr auto kSubsteps = static_cast<float>(kSlipSubsteps);
+  constexpr auto kSpeed = static_cast<float>(kSlipSpeed_m_per_s);
+  const Scalars stops = (SplatLike(kSubsteps, slowest) * friction_static);
+  return Min(SplatLike(kSpeed, slowest), stops * Max(slowest, beta_normal));
 }
 
 // The normal impulse times w on which friction is judged with two steps: the whole one of the
@@ -277,13 +293,12 @@ inline Flight<Vectors> FlightBefore(const Vectors& p, const Vectors& v, const Ve
 // the error of the substep was removed. Coulomb friction is judged on the whole impulse of the
 // substep. But with one step v also contains `kick`, the half step of gravity that constraints will
 // take away in the next substep; what stops that has friction of its own (a velocity constraint,
-// Bender et al. 2009, section 3.2).
-template <class Scalars, class Vectors>
+// Bender et al. 2009, section 3.2). `friction_of(|wanted|, impulse)`: the coefficient.
+template <class Scalars, class Vectors, class FrictionOf>
 inline Vectors VelocityAfterContact(const Vectors& v, const Vectors& n, const Vectors& kick,
                                     const Vectors& beta_tangent, const Scalars& beta_normal,
                                     const Scalars& rebound, bool is_exact,
-                                    const Scalars& friction_static,
-                                    const Scalars& friction_dynamic) {
+                                    const FrictionOf& friction_of) {
   const Scalars zero = SplatLike(0, rebound);
   const Vectors tangential_kick = Tangential(kick, n);
   const Scalars change = rebound - Dot(v, n);
@@ -292,13 +307,15 @@ inline Vectors VelocityAfterContact(const Vectors& v, const Vectors& n, const Ve
   const Scalars normal_kick = is_exact ? zero : Max(zero, Min(change, -Dot(kick, n)));
   const Vectors sliding = is_exact ? Tangential(v, n) : Tangential(v, n) - tangential_kick;
   const Scalars impulse = Max(zero, beta_normal + (change - normal_kick));
-  const Vectors tangent =
-      FrictionImpulse(beta_tangent, sliding, impulse, friction_static, friction_dynamic);
+  const auto friction = [&](const Vectors& wanted, const Scalars& normal_impulse) {
+    const Scalars size = Sqrt(Dot(wanted, wanted));
+    return FrictionImpulse(wanted, size, normal_impulse, friction_of(size, normal_impulse));
+  };
+  const Vectors tangent = friction(beta_tangent - sliding, impulse);
   Vectors left = sliding + (tangent - beta_tangent);
   if (!is_exact) {
     left = left + tangential_kick;
-    left = left + FrictionImpulse(VectorLike(0, 0, 0, v), left, normal_kick, friction_static,
-                                  friction_dynamic);
+    left = left + friction(VectorLike(0, 0, 0, v) - left, normal_kick);
   }
   return Select(is_hit, left + rebound * n, v);
 }

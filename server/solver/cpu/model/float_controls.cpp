@@ -56,6 +56,7 @@ FloatControls::FloatControls(const FloatModel& model, const ClothParameters& par
   restitution = static_cast<float>(parameters.restitution);
   slowest_rebound = static_cast<float>(SlowestRebound(parameters));
   slowest_landing = static_cast<float>(SlowestLanding(parameters));
+  slowest_slip = static_cast<float>(SlowestSlip(parameters));
   gravity = ToVec4(parameters.gravity_m_per_s2);
   wind = ToVec4(parameters.wind_m_per_s);
   air_drag = static_cast<float>(kAirDensity_kg_per_m3 * parameters.air_drag / 4);

@@ -71,6 +71,7 @@ struct FloatControls {
   float restitution;
   float slowest_rebound;  // [m/s]
   float slowest_landing;  // [m/s]
+  float slowest_slip;     // [m/s]
   Vec4 gravity;
   Vec4 wind;       // [m/s]
   float air_drag;  // density of the air * coefficient / 4 [kg/m^3]

@@ -41,6 +41,7 @@ void PredictContactsOf(GroupContext& context, const Surfaces& surfaces) {
 // From positions and velocities before the substep.
 void PredictContacts(GroupContext& context) {
   if (context.collider_count() == 0) return;
+  context.something_holds = {};
   Settle(context);
   WithSurfaces(context, [&](const auto& surfaces) { PredictContactsOf(context, surfaces); });
 }
@@ -57,6 +58,20 @@ void FindContactFloors(const GroupContext& context) {
       }
     }
   });
+}
+
+// With two steps.
+HWY_INLINE ParticlesBefore Before(const GroupContext& context, uint32_t i) {
+  const auto& [p, v] = context.previous[i];
+  return {p, v};
+}
+template <class Surface>
+HWY_INLINE StartOfContact StartOf(const GroupContext& context, const ContactNumbers& numbers,
+                                  const Surface& surface, uint32_t i) {
+  StartOfContact start{};
+  if (!numbers.is_two_step) return start;
+  const auto& [p, v] = context.previous[i];
+  return StartOf(numbers, surface, p, v);
 }
 
 template <bool kAsks, class Surfaces>
@@ -79,8 +94,8 @@ MaskCloths SolveContactsOf(GroupContext& context, const Surfaces& surfaces) {
     for (size_t k = 0; k < surfaces.size(); ++k) {
       [[maybe_unused]] const VectorsCloths before = particle.u;
       changed |= SolveContact(
-          numbers, surfaces[k], [&] { return context.previous[i].p; }, context.is_running & is_free,
-          particle.p, contacts[k], particle.u, watch);
+          numbers, surfaces[k], [&] { return Before(context, i); }, context.is_running & is_free,
+          particle.p, contacts[k], particle.u, context.something_holds, watch);
       if constexpr (kAsks) {
         context.given->Push(i, k, context.given->Mass(i) * (particle.u - before),
                             particle.p + before * context.substep.interval);
@@ -106,14 +121,14 @@ MaskCloths SolveContacts(GroupContext& context) {
 template <class Surfaces>
 HWY_NOINLINE void PushInMemory(const GroupContext& context, const Surfaces& surfaces, uint32_t i,
                                const VectorsCloths& flight) {
-  const auto& [p, v] = context.previous[i];
   const ContactNumbers numbers = context.contact_numbers();
-  const VectorsCloths change = v - flight;
+  const VectorsCloths change = context.previous[i].u - flight;
   MaskCloths is_left = SplatCloths(0) >= SplatCloths(0);
   for (size_t k = 0; k < surfaces.size(); ++k) {
     const MaskCloths has_impulse =
         context.contacts[i * surfaces.size() + k].normal > SplatCloths(0);
-    const MaskCloths landed = is_left & has_impulse & HaveLanded(numbers, surfaces[k], p, v);
+    const MaskCloths landed =
+        is_left & has_impulse & StartOf(context, numbers, surfaces[k], i).has_landed;
     is_left = AndNot(landed, is_left);
     const VectorsCloths impulse = context.given->Mass(i) * change;
     context.given->PushInMemory(i, k, Select(landed, impulse, GroupImpulses::None()),
@@ -134,12 +149,11 @@ void CorrectVelocityOf(const GroupContext& context, const Surfaces& surfaces) {
       const ClothContact& contact = context.contacts[i * surfaces.size() + k];
       const MaskCloths has_impulse = contact.normal > zero;
       if (!IsAnyLaneSet(has_impulse)) continue;
-      if (is_two_step) {
-        const auto& [p_before, v_before] = context.previous[i];
-        has_landed |= has_impulse & HaveLanded(numbers, surfaces[k], p_before, v_before);
-      }
+      const StartOfContact start = StartOf(context, numbers, surfaces[k], i);
+      has_landed |= has_impulse & start.has_landed;
       [[maybe_unused]] const VectorsCloths before = v;
-      v = CorrectContact(numbers, surfaces[k], particle.p, contact, has_impulse, v);
+      v = CorrectContact(numbers, surfaces[k], start, particle.p, contact, has_impulse,
+                         context.something_holds, v);
       if constexpr (kAsks) {
         context.given->Push(i, k, context.given->Mass(i) * (v - before), particle.p);
       }

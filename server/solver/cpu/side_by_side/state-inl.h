@@ -166,6 +166,7 @@ struct GroupContext {
         restitution(NumberOf(cloths, [](const FloatControls& c) { return c.restitution; })),
         slowest_rebound(NumberOf(cloths, [](const FloatControls& c) { return c.slowest_rebound; })),
         slowest_landing(NumberOf(cloths, [](const FloatControls& c) { return c.slowest_landing; })),
+        slowest_slip(NumberOf(cloths, [](const FloatControls& c) { return c.slowest_slip; })),
         has_restitution(IsAnyLaneSet(restitution > SplatCloths(0))) {}
 
   bool has_own_pins() const { return own_pins.lists != nullptr; }
@@ -201,6 +202,7 @@ struct GroupContext {
             .restitution = restitution,
             .slowest_rebound = slowest_rebound,
             .slowest_landing = slowest_landing,
+            .slowest_slip = slowest_slip,
             .h = controls.h,
             .interval = substep.interval,
             .inverse_interval = substep.inverse_interval,
@@ -209,7 +211,9 @@ struct GroupContext {
             .tolerance = controls.contact_tolerance,
             .is_two_step = substep.is_two_step,
             .has_restitution = has_restitution,
-            .has_quiet_links = controls.plan.solver.has_quiet_links};
+            .has_quiet_links = controls.plan.solver.has_quiet_links,
+            .has_two_frictions =
+                substep.is_two_step && IsAnyLaneSet(friction_static > friction_dynamic)};
   }
   bool has_hinge_stages() const { return controls.plan.solver.hinge_stages > 0; }
   // Number of elastic elements, of triangles, or of places for cells, whichever is largest.
@@ -257,6 +261,7 @@ struct GroupContext {
   ClothContact* const contacts;  // [particle_count][collider_count]
   VecCloths* const quiet_round_offs;
   bool has_quiet_particles = false;  // any of them is not 0
+  MaskCloths something_holds{};      // some contact, by friction, in this substep
   // These differ between the cloths.
   const VectorsCloths gravity;
   const VectorsCloths wind;
@@ -264,7 +269,7 @@ struct GroupContext {
   const VecCloths end_share;
   const VecCloths span_give;
   const VecCloths friction_static, friction_dynamic;
-  const VecCloths restitution, slowest_rebound, slowest_landing;
+  const VecCloths restitution, slowest_rebound, slowest_landing, slowest_slip;
   const bool has_restitution;                             // some cloth has
   VecCloths damping_factor = SplatCloths(1);              // of the substep under way
   bool has_damping = false;                               // some cloth has

@@ -156,10 +156,11 @@ class MovingSurfaces {
 struct ContactNumbers {
   VectorsCloths gravity;
   VecCloths friction_static, friction_dynamic;
-  VecCloths restitution, slowest_rebound, slowest_landing;
+  VecCloths restitution, slowest_rebound, slowest_landing, slowest_slip;
   float h, interval, inverse_interval, half_interval;
   float depenetration_distance, tolerance;
   bool is_two_step, has_restitution, has_quiet_links;
+  bool has_two_frictions;  // some cloth has, and there are two steps
 };
 
 // Relative to the surface where the particle is.
@@ -192,11 +193,41 @@ HWY_INLINE VecCloths PredictContact(const ContactNumbers& numbers, const Surface
   return gap.gap;
 }
 
-// Friction of a particle, predicted from b. Returns the lanes that it changed beyond the tolerance.
+// What a particle does relative to a surface when a substep with two steps begins.
+struct StartOfContact {
+  VectorsCloths sliding;
+  MaskCloths has_landed;  // it hits the surface in the substep
+};
+
+// `p`, `v`: of the particle then.
 template <class Surface>
-MaskCloths SolveFriction(const ContactNumbers& numbers, const Surface& surface,
+StartOfContact StartOf(const ContactNumbers& numbers, const Surface& surface,
+                       const VectorsCloths& p, const VectorsCloths& v) {
+  const VectorsCloths normal = surface.GapAtStart(p).normal;
+  const VectorsCloths relative = VelocityBefore(surface, p, v);
+  return {Tangential(relative, normal), IsLanding(normal, relative, numbers.slowest_landing)};
+}
+
+// The coefficient with which friction gives what it can of `wanted`. `something_holds`: of the
+// whole cloth.
+inline VecCloths FrictionOf(const ContactNumbers& numbers, const StartOfContact& start,
+                            VecCloths size, VecCloths impulse, MaskCloths something_holds) {
+  const VecCloths at_once =
+      FrictionAtOnce(size, impulse, numbers.friction_static, numbers.friction_dynamic);
+  if (!numbers.has_two_frictions) return at_once;
+  const VecCloths slip_speed = SlipSpeed(numbers.friction_static, impulse, numbers.slowest_slip);
+  const VecCloths by_speed = Select(Sqrt(Dot(start.sliding, start.sliding)) > slip_speed,
+                                    numbers.friction_dynamic, numbers.friction_static);
+  return Select(AndNot(start.has_landed, something_holds), by_speed, at_once);
+}
+
+// Friction of a particle, predicted from b. Returns the lanes that it changed beyond the tolerance.
+// `start()`: StartOfContact. `something_holds`: the lanes are added in which static friction holds
+// what acts on the particle, apart from what it takes to stop it.
+template <class Surface, class Start>
+MaskCloths SolveFriction(const ContactNumbers& numbers, const Surface& surface, const Start& start,
                          const VectorsCloths& b, const VectorsCloths& n, MaskCloths is_active,
-                         ClothContact& contact, VectorsCloths& u) {
+                         ClothContact& contact, VectorsCloths& u, MaskCloths& something_holds) {
   VectorsCloths relative = u;
   // With two steps u is the velocity at the end of the substep, else the mean over it.
   if constexpr (Surface::kMoves) {
@@ -206,14 +237,37 @@ MaskCloths SolveFriction(const ContactNumbers& numbers, const Surface& surface,
   const VecCloths impulse = numbers.is_two_step
                                 ? WholeImpulse(contact.normal, contact.rebound, Dot(relative, n))
                                 : contact.normal;
-  const VectorsCloths tangent = FrictionImpulse(contact.tangent, Tangential(relative, n), impulse,
-                                                numbers.friction_static, numbers.friction_dynamic);
+  const VectorsCloths wanted = contact.tangent - Tangential(relative, n);
+  const VecCloths size = Sqrt(Dot(wanted, wanted));
+  VecCloths friction =
+      FrictionAtOnce(size, impulse, numbers.friction_static, numbers.friction_dynamic);
+  if (numbers.has_two_frictions) {
+    const VecCloths limit = numbers.friction_static * impulse;
+    MaskCloths holds = AndNot(size > limit, is_active);
+    // What the dynamic friction holds has any of both.
+    if (IsAnyLaneSet(is_active & (size > numbers.friction_dynamic * impulse))) {
+      const StartOfContact at_start = start();
+      const VectorsCloths acts = wanted + at_start.sliding;
+      const VecCloths rounding = SumOfSizes(b) * (static_cast<float>(kSlipRoundOffs) * kRoundOff *
+                                                  numbers.inverse_interval);
+      const VecCloths doubt = Min(rounding, limit * static_cast<float>(kSlipDoubt));
+      holds |= AndNot(Sqrt(Dot(acts, acts)) + doubt > limit, is_active);
+      friction = FrictionOf(numbers, at_start, size, impulse, is_active);
+    }
+    something_holds |= holds;
+  }
+  const VectorsCloths tangent = FrictionImpulse(wanted, size, impulse, friction);
   const VectorsCloths change = tangent - contact.tangent;
   u = Select(is_active, u + change, u);
   contact.tangent = Select(is_active, tangent, contact.tangent);
   return is_active & (SplatCloths(numbers.interval) * Sqrt(Dot(change, change)) >
                       SplatCloths(numbers.tolerance));
 }
+
+// A particle before the substep.
+struct ParticlesBefore {
+  VectorsCloths p, v;
+};
 
 // From where the particle predicted from b was before the substep, `before()` with two steps, to
 // where it will be after it, relative to the surface.
@@ -222,7 +276,7 @@ HWY_INLINE VectorsCloths WayOf(const ContactNumbers& numbers, const Surface& sur
                                const Before& before, const VectorsCloths& b,
                                const VectorsCloths& u) {
   const VectorsCloths move = u * numbers.interval;
-  const VectorsCloths p = numbers.is_two_step ? before() : b;
+  const VectorsCloths p = numbers.is_two_step ? before().p : b;
   const VectorsCloths way = numbers.is_two_step ? (b - p) + move : move;
   if constexpr (Surface::kMoves) return way - surface.WayOf(p);
   return way;
@@ -234,12 +288,12 @@ HWY_INLINE bool HasImpulse(const ClothContact& contact) {
   return IsAnyLaneSet((contact.normal > zero) | (Dot(contact.tangent, contact.tangent) > zero));
 }
 
-// Some lanes against one collider; `before()`: the positions before the substep, with two steps.
-// `after()` is called where it may have changed u.
+// Some lanes against one collider; `before()`: ParticlesBefore, with two steps. `after()` is called
+// where it may have changed u.
 template <class Surface, class Before, class After>
 MaskCloths SolveContact(const ContactNumbers& numbers, const Surface& surface, const Before& before,
                         MaskCloths lanes, const VectorsCloths& b, ClothContact& contact,
-                        VectorsCloths& u, const After& after) {
+                        VectorsCloths& u, MaskCloths& something_holds, const After& after) {
   const VecCloths zero = SplatCloths(0);
   const VectorsCloths q = b + u * numbers.interval;
   const ClothGap at_end = surface.GapAtEnd(q);
@@ -261,25 +315,22 @@ MaskCloths SolveContact(const ContactNumbers& numbers, const Surface& surface, c
   const MaskCloths has_friction =
       (numbers.friction_static > zero) &
       ((contact.normal > zero) | (Dot(contact.tangent, contact.tangent) > zero));
-  const MaskCloths slips =
-      SolveFriction(numbers, surface, b, at_end.normal, lanes & has_friction, contact, u);
+  const auto start = [&] {
+    const ParticlesBefore particles = before();
+    return StartOf(numbers, surface, particles.p, particles.v);
+  };
+  const MaskCloths slips = SolveFriction(numbers, surface, start, b, at_end.normal,
+                                         lanes & has_friction, contact, u, something_holds);
   after();
   return changed | slips;
 }
 
-// Those that hit this surface in the substep, which began with p and v.
-template <class Surface>
-MaskCloths HaveLanded(const ContactNumbers& numbers, const Surface& surface, const VectorsCloths& p,
-                      const VectorsCloths& v) {
-  return IsLanding(surface.GapAtStart(p).normal, VelocityBefore(surface, p, v),
-                   numbers.slowest_landing);
-}
-
-// The velocity at p after the contact, of the lanes that it pushed.
+// The velocity at p after the contact, of the lanes that it pushed. `start`: with two steps.
 template <class Surface>
 VectorsCloths CorrectContact(const ContactNumbers& numbers, const Surface& surface,
-                             const VectorsCloths& p, const ClothContact& contact,
-                             MaskCloths has_impulse, const VectorsCloths& v) {
+                             const StartOfContact& start, const VectorsCloths& p,
+                             const ClothContact& contact, MaskCloths has_impulse,
+                             MaskCloths something_holds, const VectorsCloths& v) {
   const VecCloths zero = SplatCloths(0);
   // With two steps u has the speed at which the error of the whole substep was removed.
   const VectorsCloths kick = numbers.is_two_step ? VectorsCloths{zero, zero, zero}
@@ -287,8 +338,9 @@ VectorsCloths CorrectContact(const ContactNumbers& numbers, const Surface& surfa
   const VectorsCloths n = surface.GapAtEnd(p).normal;
   const auto after_contact = [&](const VectorsCloths& relative) {
     return VelocityAfterContact(relative, n, kick, contact.tangent, contact.normal, contact.rebound,
-                                numbers.is_two_step, numbers.friction_static,
-                                numbers.friction_dynamic);
+                                numbers.is_two_step, [&](VecCloths size, VecCloths impulse) {
+                                  return FrictionOf(numbers, start, size, impulse, something_holds);
+                                });
   };
   if constexpr (Surface::kMoves) {
     const VectorsCloths of_surface = surface.VelocityAtEnd(p);

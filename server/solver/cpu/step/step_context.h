@@ -122,6 +122,7 @@ struct StepScratch {
   Clearances clearances;                  // of what is clear no sweep has asked for an impulse
   std::vector<float> quiet_round_offs;    // [particle_count + 1] [m]; only with quiet links
   bool has_quiet_particles = false;       // any of them is not 0
+  bool something_holds = false;           // some contact, by friction, in this substep
   // [reach.near] in the substep under way; empty if all rest as described.
   std::vector<MovingSurface> surfaces;
   SimdMemory lane_colliders, lane_motions;                 // [reach.near] the same in all lanes
