@@ -32,7 +32,6 @@ struct StepNumbers {
   float restitution;        // [-]; only with restitution
   float slowest_rebound;    // [m/s]; only with restitution
   float slowest_landing;    // [m/s]
-  float slowest_slip;       // [m/s]; only with two frictions
   float max_depenetration;  // largest motion out of a collider in one substep [m]
   float contact_margin;     // gap up to which a contact is counted [m]
   float reach_margin;       // expected motion in a step of a cloth at rest without gravity [m]

@@ -70,25 +70,26 @@ Friction FrictionAtOnce() {
 #ifdef HAS_TWO_FRICTIONS
   friction.is_by_speed = false;
   friction.sliding = 0.0;
-  friction.slowest = cloth.step.slowest_slip;
+  friction.slowest = cloth.step.slowest_landing / LANDING_SUBSTEPS;
 #endif
   return friction;
 }
 
-#ifdef HAS_TWO_FRICTIONS
+#ifdef HAS_TWO_STEPS
 // What a particle does relative to a surface when the substep begins, with two steps.
 struct StartOfContact {
   vec3 sliding;
   bool has_landed;  // it hits the surface in the substep
 };
 
-StartOfContact StartOf(Surface surface, uint i) {
-  vec3 p = PreviousPosition(i);
-  vec3 normal = GapAtStart(surface, p).normal;
-  vec3 v = RelativeAtStart(surface, p, PreviousVelocity(i));
+// `normal`: at the particle then.
+StartOfContact StartOf(Surface surface, uint i, vec3 normal) {
+  vec3 v = RelativeAtStart(surface, PreviousPosition(i), PreviousVelocity(i));
   return StartOfContact(TangentialPart(v, normal), IsLanding(v, normal, cloth.step.slowest_landing));
 }
+#endif
 
+#ifdef HAS_TWO_FRICTIONS
 // Of a contact, if something of the cloth holds.
 Friction FrictionBySpeed(StartOfContact start) {
   Friction friction = FrictionAtOnce();
@@ -99,14 +100,14 @@ Friction FrictionBySpeed(StartOfContact start) {
 
 // The friction of a contact in a sweep, of which `wanted`, of length `size`, would stop the sliding. What holds marks
 // the cloth: static friction holds what acts on it, apart from what it takes to stop it.
-Friction FrictionOf(Surface surface, uint i, vec3 wanted, float size, float impulse) {
+Friction FrictionOf(Surface surface, uint i, vec3 normal_at_start, vec3 wanted, float size, float impulse) {
   Friction friction = FrictionAtOnce();
   if (!IsTwoStep()) return friction;
   precise float limit = friction.statics * impulse;
   bool holds = size <= limit;
   precise float least = friction.dynamics * impulse;
   if (size > least) {  // what the dynamic friction holds has any of both
-    StartOfContact start = StartOf(surface, i);
+    StartOfContact start = StartOf(surface, i, normal_at_start);
     friction = FrictionBySpeed(start);
     precise vec3 acts = wanted + start.sliding;
     precise float rounding = SumOfSizes(Position(i)) * (SLIP_ROUND_OFF * substep.inverse_interval);
@@ -119,8 +120,8 @@ Friction FrictionOf(Surface surface, uint i, vec3 wanted, float size, float impu
 #endif
 
 #ifdef HAS_FRICTION
-vec3 SolveContactFriction(uint c, uint i, Surface surface, vec3 u, vec3 normal, float beta_n,
-                   bool has_betas) {
+vec3 SolveContactFriction(uint c, uint i, Surface surface, vec3 normal_at_start, vec3 u, vec3 normal, float beta_n,
+                          bool has_betas) {
   vec3 beta_t = has_betas ? LoadTangentBeta(c, i) : vec3(0.0);
   if (beta_n > 0.0 || beta_t != vec3(0.0)) {
     // With two steps u is the velocity at the end of the substep, else the mean over it.
@@ -131,7 +132,7 @@ vec3 SolveContactFriction(uint c, uint i, Surface surface, vec3 u, vec3 normal, 
     precise vec3 wanted = beta_t - TangentialPart(sliding, normal);
     float size = Length(wanted);
 #ifdef HAS_TWO_FRICTIONS
-    Friction friction = FrictionOf(surface, i, wanted, size, impulse);
+    Friction friction = FrictionOf(surface, i, normal_at_start, wanted, size, impulse);
 #else
     Friction friction = FrictionAtOnce();
 #endif
@@ -152,7 +153,8 @@ vec3 SolveContact(uint c, uint i, vec3 p, vec3 u, bool is_first_sweep, inout uin
   bool has_betas = HasMet(met, c, is_first_sweep);  // else they are 0
   Surface surface = LoadSurface(c);
   float beta_n = has_betas ? scratch[NormalBetaWord(c, i)] : 0.0;
-  float gap_floor = ContactFloor(GapAtStart(surface, StartPosition(i, p)).size, cloth.step.max_depenetration);
+  Gap at_start = GapAtStart(surface, StartPosition(i, p));
+  float gap_floor = ContactFloor(at_start.size, cloth.step.max_depenetration);
   vec3 q = AddScaled(p, substep.interval, u);
   Gap gap = GapAtEnd(surface, q);
   float error = ContactError(gap.size, Dot(WayOf(surface, i, p, u), gap.normal), RoundOffOf(surface, q), gap_floor);
@@ -167,7 +169,7 @@ vec3 SolveContact(uint c, uint i, vec3 p, vec3 u, bool is_first_sweep, inout uin
   met |= SetOf(c);
   scratch[NormalBetaWord(c, i)] = beta_n;
 #ifdef HAS_FRICTION
-  u = SolveContactFriction(c, i, surface, u, gap.normal, beta_n, has_betas);
+  u = SolveContactFriction(c, i, surface, at_start.normal, u, gap.normal, beta_n, has_betas);
 #endif
   return u;
 }
@@ -231,13 +233,6 @@ void StoreContactViolation(uint i) {
 #endif
 
 #if defined(HAS_SOLVE_CONTACTS) && defined(HAS_TWO_STEPS)
-// Whether the particle hit this collider in this substep, which began with the previous state.
-bool HasLanded(Surface surface, uint i) {
-  vec3 p = PreviousPosition(i);
-  vec3 v = PreviousVelocity(i);
-  return IsLanding(RelativeAtStart(surface, p, v), GapAtStart(surface, p).normal, cloth.step.slowest_landing);
-}
-
 // A difference over two steps remembers the velocity before an impact: the particle goes on as if it had always
 // flown with the velocity that the impact left.
 void ForgetFlight(uint i, vec3 p, vec3 v) {
@@ -250,17 +245,13 @@ void ForgetFlight(uint i, vec3 p, vec3 v) {
 
 #ifdef HAS_SOLVE_CONTACTS
 // Corrects a velocity relative to the surface.
-vec3 CorrectContactVelocity(uint c, uint i, Surface surface, vec3 normal, vec3 v) {
+vec3 CorrectContactVelocity(uint c, uint i, Friction friction, vec3 normal, vec3 v) {
   float rebound = Rebound(c, i);
   vec3 beta_t = vec3(0.0);
 #ifdef HAS_FRICTION
   beta_t = LoadTangentBeta(c, i);
 #endif
   precise vec3 kick = 0.5 * substep.interval * cloth.step.gravity.xyz;
-  Friction friction = FrictionAtOnce();
-#ifdef HAS_TWO_FRICTIONS
-  if (IsTwoStep() && HoldsUntil() == substep_end_index) friction = FrictionBySpeed(StartOf(surface, i));
-#endif
   return VelocityAfterContact(v, normal, kick, beta_t, scratch[NormalBetaWord(c, i)], rebound, IsTwoStep(), friction);
 }
 
@@ -275,7 +266,18 @@ vec3 VelocityAfterContacts(uint i, vec3 p, vec3 v) {
     if (scratch[NormalBetaWord(c, i)] <= 0.0) continue;
     Surface surface = LoadSurface(c);
     vec3 normal = GapAtEnd(surface, p).normal;
-    vec3 relative = CorrectContactVelocity(c, i, surface, normal, RelativeAtEnd(surface, p, v));
+    Friction friction = FrictionAtOnce();
+#ifdef HAS_TWO_STEPS
+    bool lands = false;
+    if (IsTwoStep()) {
+      StartOfContact start = StartOf(surface, i, GapAtStart(surface, PreviousPosition(i)).normal);
+      lands = start.has_landed;
+#ifdef HAS_TWO_FRICTIONS
+      if (HoldsUntil() == substep_end_index) friction = FrictionBySpeed(start);
+#endif
+    }
+#endif
+    vec3 relative = CorrectContactVelocity(c, i, friction, normal, RelativeAtEnd(surface, p, v));
 #ifdef HAS_IMPULSES
     vec3 before = v;
 #endif
@@ -285,7 +287,7 @@ vec3 VelocityAfterContacts(uint i, vec3 p, vec3 v) {
     if (!has_landed) landed_on = c;
 #endif
 #ifdef HAS_TWO_STEPS
-    if (IsTwoStep() && !has_landed) has_landed = HasLanded(surface, i);
+    has_landed = has_landed || lands;
 #endif
   }
 #ifdef HAS_TWO_STEPS

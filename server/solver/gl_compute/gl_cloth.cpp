@@ -62,7 +62,6 @@ shader::StepNumbers NumbersOf(const GlCloth& cloth) {
   step.restitution = static_cast<float>(parameters.restitution);
   step.slowest_rebound = static_cast<float>(SlowestRebound(parameters));
   step.slowest_landing = static_cast<float>(SlowestLanding(parameters));
-  step.slowest_slip = static_cast<float>(SlowestSlip(parameters));
   step.max_depenetration = static_cast<float>(kMaxDepenetrationSpeed_m_per_s * h);
   step.contact_margin = static_cast<float>(kContactMarginRatio * length_scale);
   step.reach_margin = static_cast<float>(kReachMarginRatio * length_scale);

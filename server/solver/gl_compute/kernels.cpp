@@ -38,6 +38,7 @@ std::string ConstantDefines() {
   text << "#define TOUCH_ROUND_OFF " << kTouchRoundOffs * round_off << "\n";
   text << "#define QUIET_ROUND_OFF " << kQuietRoundOffs * round_off << "\n";
   text << "#define GRAZING_SINE " << kGrazingSine << "\n";
+  text << "#define LANDING_SUBSTEPS " << kLandingSubsteps << "\n";
   text << "#define SLIP_SUBSTEPS " << kSlipSubsteps << "\n";
   text << "#define SLIP_SPEED " << kSlipSpeed_m_per_s << "\n";
   text << "#define SLIP_ROUND_OFF " << kSlipRoundOffs * round_off << "\n";
