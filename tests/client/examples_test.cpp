@@ -180,8 +180,8 @@ TEST(TowelTest, LiesFoldedTwice) {
     EXPECT_EQ(sample["crossings"], 0) << sample["step"];
     EXPECT_LT(sample["max_strain"].get<double>(), 0.02) << sample["step"];
   }
-  // x, y, z of the last sample.
-  std::array<double, 3> low = {9, 9, 9}, high = {-9, -9, -9};
+  // x, y, z of the particles in the last sample.
+  std::array<std::vector<double>, 3> places_m;
   std::istringstream lines(ReadText(states));
   for (std::string line; std::getline(lines, line);) {
     double time_s = 0, place_m[3] = {};
@@ -190,16 +190,23 @@ TEST(TowelTest, LiesFoldedTwice) {
         time_s < 3.99) {
       continue;
     }
-    for (size_t k = 0; k < 3; ++k) {
-      low[k] = std::min(low[k], place_m[k]);
-      high[k] = std::max(high[k], place_m[k]);
-    }
+    for (size_t k = 0; k < 3; ++k) places_m[k].push_back(place_m[k]);
   }
-  // A quarter of it, of which a corner of the last fold may stick out by a few cells of 2 cm.
-  EXPECT_NEAR(high[0] - low[0], 0.32, 0.1);
-  EXPECT_NEAR(high[2] - low[2], 0.24, 0.1);
-  EXPECT_GT(high[1] - low[1], 3 * 0.004);
-  EXPECT_LT(high[1] - low[1], 0.1);
+  // How far apart they are, without this share of them at either end.
+  const auto extent_m = [&](size_t k, double left_out) {
+    std::ranges::sort(places_m[k]);
+    const auto out = static_cast<size_t>(left_out * static_cast<double>(places_m[k].size()));
+    return places_m[k][places_m[k].size() - 1 - out] - places_m[k][out];
+  };
+  ASSERT_EQ(places_m[0].size(), 825u);
+  EXPECT_NEAR(extent_m(0, 0.05), 0.32, 0.04);
+  EXPECT_NEAR(extent_m(2, 0.05), 0.24, 0.04);
+  // A corner of the last fold sticks out: 6 to 9 cm with friction, weight or rigidity a few per
+  // cent off.
+  EXPECT_NEAR(extent_m(0, 0), 0.32, 0.1);
+  EXPECT_NEAR(extent_m(2, 0), 0.24, 0.08);
+  EXPECT_GT(extent_m(1, 0), 3 * 0.004);
+  EXPECT_LT(extent_m(1, 0), 0.1);
 }
 
 // Pulled fast, the cloth hardly moves the ball, which rolls on slowly: no friction stops a ball
