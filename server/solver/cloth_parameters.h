@@ -67,6 +67,9 @@ inline bool HasMovingColliders(const ClothParameters& parameters) {
 }
 
 // Whether particles may bounce off colliders.
+inline bool HasTwoFrictions(const ClothParameters& parameters) {
+  return parameters.friction_static > parameters.friction_dynamic;
+}
 inline bool HasRestitution(const ClothParameters& parameters) {
   return !parameters.colliders.empty() && parameters.restitution > 0;
 }

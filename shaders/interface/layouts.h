@@ -80,7 +80,10 @@ struct ScratchLayout {
   uint normal_betas;   // [collider_count][particle_count] float [m/s]
   uint tangent_betas;  // [collider_count][3][particle_count] float [m/s]; only with friction
   uint rebounds;       // [collider_count][particle_count] float [m/s]; only with restitution
-  uint violations;     // [particle_count] float [m]; only with colliders
+  // [collider_count][particle_count] float [m^2/s^2]: the square of how fast what has a beta slid
+  // when the substep began, below 0 if it lands; only with two frictions
+  uint slidings;
+  uint violations;  // [particle_count] float [m]; only with colliders
   // [particle_count] float: the colliders, as bits, that have pushed the particle in this substep;
   // only with colliders
   uint met_colliders;

@@ -28,7 +28,6 @@ struct SubstepRecord {
   float kick_within;
   float kick_after;
   float twist_share;  // of a cell's twist that each corner loses [-]; 0: no `damp_twist`
-  uint is_two_step;   // 0 or 1
   float lead;         // with two steps: b is ahead by lead * v [s]
 };
 

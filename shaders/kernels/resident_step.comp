@@ -120,7 +120,9 @@ void LoadCloth(uint status) {
     if (part != 0u) shared_holds_until = statuses[status].holds_until;
 #endif
 #endif
+#ifdef HAS_TOLERANCE
     for (int f = 0; f < 3; ++f) sweep_changed[f] = 0u;
+#endif
   }
   PhaseBarrier();
 #ifdef KEEPS_LANES

@@ -213,7 +213,7 @@ struct Friction {
   float dynamics;
 #ifdef HAS_TWO_FRICTIONS
   bool is_by_speed;  // else what the static one does not hold has the dynamic one
-  float sliding;     // how fast it slid when the substep began [m/s]
+  float sliding_sq;  // square of how fast it slid when the substep began [m^2/s^2]
   float slowest;     // SlowestSlip [m/s]
 #endif
 };
@@ -229,7 +229,10 @@ float SlipSpeed(Friction friction, float beta_n) {
 // The coefficient with which friction gives what it can of an impulse of `size`.
 float CoefficientOf(Friction friction, float size, float beta_n) {
 #ifdef HAS_TWO_FRICTIONS
-  if (friction.is_by_speed) return friction.sliding > SlipSpeed(friction, beta_n) ? friction.dynamics : friction.statics;
+  if (friction.is_by_speed) {
+    precise float slip_sq = SlipSpeed(friction, beta_n) * SlipSpeed(friction, beta_n);
+    return friction.sliding_sq > slip_sq ? friction.dynamics : friction.statics;
+  }
 #endif
   precise float limit = friction.statics * beta_n;
   return size > limit ? friction.dynamics : friction.statics;

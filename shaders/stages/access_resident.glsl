@@ -19,9 +19,11 @@ uint PlaceOf(uint i) { return i + (i >> 5); }
 shared float shared_positions[3u * kPlaceCount];
 shared float shared_velocities[3u * kPlaceCount];
 shared float shared_inverse_masses[kPlaceCount];
+#ifdef HAS_TOLERANCE
 // Whether a sweep applied an impulse. Three flags in turn: sweep k writes flag k % 3 and clears the next,
 // whose last readers have all passed the barrier that ended sweep k - 1.
 shared uint sweep_changed[3];
+#endif
 shared uint shared_fault;
 #ifdef HAS_TWO_FRICTIONS
 shared uint shared_holds_until;  // ClothStatus::holds_until

@@ -69,52 +69,41 @@ Friction FrictionAtOnce() {
   friction.dynamics = cloth.step.friction_dynamic;
 #ifdef HAS_TWO_FRICTIONS
   friction.is_by_speed = false;
-  friction.sliding = 0.0;
+  friction.sliding_sq = 0.0;
   friction.slowest = cloth.step.slowest_landing / LANDING_SUBSTEPS;
 #endif
   return friction;
 }
 
-#ifdef HAS_TWO_STEPS
-// What a particle does relative to a surface when the substep begins, with two steps.
-struct StartOfContact {
-  vec3 sliding;
-  bool has_landed;  // it hits the surface in the substep
-};
-
-// `normal`: at the particle then.
-StartOfContact StartOf(Surface surface, uint i, vec3 normal) {
-  vec3 v = RelativeAtStart(surface, PreviousPosition(i), PreviousVelocity(i));
-  return StartOfContact(TangentialPart(v, normal), IsLanding(v, normal, cloth.step.slowest_landing));
-}
-#endif
-
 #ifdef HAS_TWO_FRICTIONS
-// Of a contact, if something of the cloth holds.
-Friction FrictionBySpeed(StartOfContact start) {
+bool something_holds = false;  // a contact of the particle under way, by friction
+
+uint SlidingWord(uint collider, uint i) { return cloth.scratch.slidings + collider * cloth.particle_count + i; }
+
+// Of a contact that has a beta, if something of the cloth holds; the number at SlidingWord.
+Friction FrictionBySpeed(float sliding_sq) {
   Friction friction = FrictionAtOnce();
-  friction.is_by_speed = !start.has_landed;
-  friction.sliding = Length(start.sliding);
+  friction.sliding_sq = sliding_sq;
+  friction.is_by_speed = sliding_sq >= 0.0;
   return friction;
 }
 
-// The friction of a contact in a sweep, of which `wanted`, of length `size`, would stop the sliding. What holds marks
-// the cloth: static friction holds what acts on it, apart from what it takes to stop it.
-Friction FrictionOf(Surface surface, uint i, vec3 normal_at_start, vec3 wanted, float size, float impulse) {
-  Friction friction = FrictionAtOnce();
-  if (!IsTwoStep()) return friction;
+// The friction of a contact in a sweep, of which `wanted`, of length `size`, would stop the sliding; how it slid when
+// the substep began is kept. What holds marks the cloth: static friction holds what acts on it, apart from what it
+// takes to stop it.
+Friction FrictionOf(uint c, uint i, Surface surface, vec3 normal_at_start, vec3 wanted, float size, float impulse) {
+  if (!IsTwoStep()) return FrictionAtOnce();
+  vec3 v = RelativeAtStart(surface, PreviousPosition(i), PreviousVelocity(i));
+  vec3 sliding = TangentialPart(v, normal_at_start);
+  float sliding_sq = IsLanding(v, normal_at_start, cloth.step.slowest_landing) ? -1.0 : Dot(sliding, sliding);
+  scratch[SlidingWord(c, i)] = sliding_sq;
+  Friction friction = FrictionBySpeed(sliding_sq);
   precise float limit = friction.statics * impulse;
-  bool holds = size <= limit;
-  precise float least = friction.dynamics * impulse;
-  if (size > least) {  // what the dynamic friction holds has any of both
-    StartOfContact start = StartOf(surface, i, normal_at_start);
-    friction = FrictionBySpeed(start);
-    precise vec3 acts = wanted + start.sliding;
-    precise float rounding = SumOfSizes(Position(i)) * (SLIP_ROUND_OFF * substep.inverse_interval);
-    precise float most = Length(acts) + min(rounding, SLIP_DOUBT * limit);
-    holds = holds || most <= limit;
-  }
-  if (holds) SetHoldsUntil(substep_end_index);
+  precise vec3 acts = wanted + sliding;
+  precise float rounding = SumOfSizes(PreviousPosition(i)) * (SLIP_ROUND_OFF * substep.inverse_interval);
+  precise float sure = limit - min(rounding, SLIP_DOUBT * limit);
+  precise float sure_sq = sure * sure;
+  something_holds = something_holds || size <= limit || Dot(acts, acts) <= sure_sq;
   return friction;
 }
 #endif
@@ -132,7 +121,7 @@ vec3 SolveContactFriction(uint c, uint i, Surface surface, vec3 normal_at_start,
     precise vec3 wanted = beta_t - TangentialPart(sliding, normal);
     float size = Length(wanted);
 #ifdef HAS_TWO_FRICTIONS
-    Friction friction = FrictionOf(surface, i, normal_at_start, wanted, size, impulse);
+    Friction friction = FrictionOf(c, i, surface, normal_at_start, wanted, size, impulse);
 #else
     Friction friction = FrictionAtOnce();
 #endif
@@ -211,6 +200,10 @@ void SolveContactsOf(uint i, bool is_first_sweep) {
   }
   StoreMetColliders(i, met);
   SetVelocity(i, u);
+#ifdef HAS_TWO_FRICTIONS
+  if (something_holds) SetHoldsUntil(substep_end_index);
+  something_holds = false;
+#endif
 }
 
 #ifdef HAS_SOLVE_CONTACTS
@@ -233,6 +226,17 @@ void StoreContactViolation(uint i) {
 #endif
 
 #if defined(HAS_SOLVE_CONTACTS) && defined(HAS_TWO_STEPS)
+// Whether the particle hit collider c, which pushed it, in this substep, which began with the previous state.
+bool HasLanded(uint c, uint i, Surface surface) {
+#ifdef HAS_TWO_FRICTIONS
+  return scratch[SlidingWord(c, i)] < 0.0;
+#else
+  vec3 p = PreviousPosition(i);
+  vec3 v = RelativeAtStart(surface, p, PreviousVelocity(i));
+  return IsLanding(v, GapAtStart(surface, p).normal, cloth.step.slowest_landing);
+#endif
+}
+
 // A difference over two steps remembers the velocity before an impact: the particle goes on as if it had always
 // flown with the velocity that the impact left.
 void ForgetFlight(uint i, vec3 p, vec3 v) {
@@ -267,15 +271,8 @@ vec3 VelocityAfterContacts(uint i, vec3 p, vec3 v) {
     Surface surface = LoadSurface(c);
     vec3 normal = GapAtEnd(surface, p).normal;
     Friction friction = FrictionAtOnce();
-#ifdef HAS_TWO_STEPS
-    bool lands = false;
-    if (IsTwoStep()) {
-      StartOfContact start = StartOf(surface, i, GapAtStart(surface, PreviousPosition(i)).normal);
-      lands = start.has_landed;
 #ifdef HAS_TWO_FRICTIONS
-      if (HoldsUntil() == substep_end_index) friction = FrictionBySpeed(start);
-#endif
-    }
+    if (IsTwoStep() && HoldsUntil() == substep_end_index) friction = FrictionBySpeed(scratch[SlidingWord(c, i)]);
 #endif
     vec3 relative = CorrectContactVelocity(c, i, friction, normal, RelativeAtEnd(surface, p, v));
 #ifdef HAS_IMPULSES
@@ -287,7 +284,7 @@ vec3 VelocityAfterContacts(uint i, vec3 p, vec3 v) {
     if (!has_landed) landed_on = c;
 #endif
 #ifdef HAS_TWO_STEPS
-    has_landed = has_landed || lands;
+    if (IsTwoStep() && !has_landed) has_landed = HasLanded(c, i, surface);
 #endif
   }
 #ifdef HAS_TWO_STEPS

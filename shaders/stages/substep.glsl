@@ -13,7 +13,9 @@ uint substep_kind;
 SubstepRecord substep;
 #endif
 bool is_last_substep;
+#ifdef HAS_TWO_FRICTIONS
 uint substep_end_index;  // 1 + its index
+#endif
 uint pin_shares;  // pins move 1 / pin_shares of the rest of their way
 // Seconds since the start of the step; only with moving colliders.
 float substep_begin;
@@ -50,9 +52,10 @@ void BeginSubstep(uint index) {
 #endif
 }
 
+// All substeps of a step are of one kind (SubstepSchedule).
 bool IsTwoStep() {
 #ifdef HAS_TWO_STEPS
-  return substep.is_two_step != 0u;
+  return true;
 #else
   return false;
 #endif

@@ -282,7 +282,6 @@ TEST(MakeClothRecordTest, SubstepsAreThoseOfTheSchedule) {
         EXPECT_EQ(substep.kick_within, static_cast<float>(expected.kick_within_s));
         EXPECT_EQ(substep.kick_after, static_cast<float>(expected.kick_after_s));
         EXPECT_EQ(substep.twist_share, static_cast<float>(expected.twist_share));
-        EXPECT_EQ(substep.is_two_step != 0, expected.is_two_step);
         EXPECT_EQ(substep.lead, static_cast<float>(expected.lead_s));
       }
     }

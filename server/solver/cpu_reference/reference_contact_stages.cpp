@@ -62,10 +62,6 @@ bool HasLanded(const StepContext& context, uint32_t i, size_t c) {
                    SlowestLanding(context.parameters));
 }
 
-bool HasTwoFrictions(const StepContext& context) {
-  return context.parameters.friction_static > context.parameters.friction_dynamic;
-}
-
 // Whether static friction holds what acts on the particle, apart from what it takes to stop it.
 bool Holds(const StepContext& context, uint32_t i, size_t c, const Vector3d& wanted,
            double normal_impulse) {
@@ -81,7 +77,7 @@ double FrictionOf(const StepContext& context, uint32_t i, size_t c, double wante
                   double normal_impulse, bool something_holds) {
   const double statics = context.parameters.friction_static;
   const double dynamics = context.parameters.friction_dynamic;
-  if (!HasTwoFrictions(context)) return statics;
+  if (!HasTwoFrictions(context.parameters)) return statics;
   if (!context.substep.is_two_step || !something_holds || HasLanded(context, i, c)) {
     return wanted > statics * normal_impulse ? dynamics : statics;
   }
@@ -114,7 +110,7 @@ bool SolveContact(StepContext& context, uint32_t i, size_t c, ContactImpulse& be
   const Vector3d sliding = Tangential(relative, n);
   const Vector3d wanted = beta.tangential - sliding;
   const double impulse = NormalImpulse(context, i, c, relative.dot(n));
-  if (context.substep.is_two_step && HasTwoFrictions(context)) {
+  if (context.substep.is_two_step && HasTwoFrictions(context.parameters)) {
     context.something_holds |= Holds(context, i, c, wanted, impulse);
   }
   const double friction = FrictionOf(context, i, c, wanted.norm(), impulse, true);

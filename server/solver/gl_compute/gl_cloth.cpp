@@ -89,7 +89,6 @@ shader::SubstepRecord ToRecord(const Substep& substep, uint32_t index, double da
           .kick_within = static_cast<float>(substep.kick_within_s),
           .kick_after = static_cast<float>(substep.kick_after_s),
           .twist_share = static_cast<float>(substep.twist_share),
-          .is_two_step = substep.is_two_step ? 1u : 0u,
           .lead = static_cast<float>(substep.lead_s)};
 }
 

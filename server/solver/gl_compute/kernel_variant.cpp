@@ -157,9 +157,7 @@ TraitSet TraitsOf(const PlannedCloth& cloth, const DeviceTraits& device) {
   traits.Add(Feature::kEnergyWatch,
              EnergyLimitOf(model, cloth.parameters, cloth.lengths, cloth.plan).is_watched);
   traits.Add(Feature::kTolerance, cloth.plan.tolerance > 0);
-  traits.Add(Feature::kTwoFrictions,
-             !cloth.parameters.colliders.empty() && cloth.plan.schedule.has_two_steps() &&
-                 cloth.parameters.friction_static > cloth.parameters.friction_dynamic);
+  traits.Add(Feature::kTwoFrictions, cloth.has_two_frictions());
   traits.Add(Feature::kTwoSteps, solver.has_two_steps);
   traits.Add(Feature::kSpansThatGive, solver.span_give > 0);
   traits.Add(Feature::kQuietLinks, solver.has_quiet_links);

@@ -54,6 +54,7 @@ PackedLayout<shader::ScratchLayout> LayOutScratch(const PlannedCloth& cloth, boo
   layout.joint_lambdas = append(model.has_joint_compliance(), uint64_t{3} * model.joint_count());
   layout.normal_betas = packed.Append(colliders * particles);
   layout.tangent_betas = append(parameters.friction_static > 0, 3 * colliders * particles);
+  layout.slidings = append(cloth.has_two_frictions(), colliders * particles);
   layout.rebounds = append(HasRestitution(parameters), colliders * particles);
   layout.violations = append(colliders > 0, particles);
   layout.met_colliders = append(colliders > 0, particles);

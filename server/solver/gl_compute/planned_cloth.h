@@ -15,6 +15,11 @@ struct PlannedCloth {
   StepPlan plan;
 
   bool has_own_lengths() const { return lengths == LengthSource::kOwn; }
+  // Whether kernels judge how contacts slide: the same with one step, or with one coefficient.
+  bool has_two_frictions() const {
+    return !parameters.colliders.empty() && plan.schedule.has_two_steps() &&
+           HasTwoFrictions(parameters);
+  }
 };
 
 inline PlannedCloth PlanOnDevice(const SceneModel& model, const ClothParameters& parameters,

@@ -90,25 +90,9 @@ void SpreadColliders(const StepContext& context, uint32_t index, float substep_s
 
 ContactNumbers NumbersOf(const StepContext& context) {
   const FloatControls& controls = context.controls;
-  const FloatSubstep& substep = context.substep;
-  return {.gravity = SplatVectors(controls.gravity),
-          .friction_static = SplatCloths(controls.friction_static),
-          .friction_dynamic = SplatCloths(controls.friction_dynamic),
-          .restitution = SplatCloths(controls.restitution),
-          .slowest_rebound = SplatCloths(controls.slowest_rebound),
-          .slowest_landing = SplatCloths(controls.slowest_landing),
-          .slowest_slip = SplatCloths(controls.slowest_slip),
-          .h = controls.h,
-          .interval = substep.interval,
-          .inverse_interval = substep.inverse_interval,
-          .half_interval = substep.half_interval,
-          .depenetration_distance = controls.depenetration_distance,
-          .tolerance = controls.contact_tolerance,
-          .is_two_step = substep.is_two_step,
-          .has_restitution = controls.has_restitution,
-          .has_quiet_links = controls.plan.solver.has_quiet_links,
-          .has_two_frictions =
-              substep.is_two_step && controls.friction_static > controls.friction_dynamic};
+  const ContactCloths cloth(SplatVectors(controls.gravity),
+                            [&](auto member) { return SplatCloths(controls.*member); });
+  return {cloth, controls, context.substep};
 }
 
 MaskCloths AllLanes() {

@@ -160,14 +160,9 @@ struct GroupContext {
         air_lift(NumberOf(cloths, [](const FloatControls& c) { return c.air_lift; })),
         end_share(NumberOf(cloths, [](const FloatControls& c) { return c.end_share; })),
         span_give(NumberOf(cloths, [](const FloatControls& c) { return c.span_give; })),
-        friction_static(NumberOf(cloths, [](const FloatControls& c) { return c.friction_static; })),
-        friction_dynamic(
-            NumberOf(cloths, [](const FloatControls& c) { return c.friction_dynamic; })),
-        restitution(NumberOf(cloths, [](const FloatControls& c) { return c.restitution; })),
-        slowest_rebound(NumberOf(cloths, [](const FloatControls& c) { return c.slowest_rebound; })),
-        slowest_landing(NumberOf(cloths, [](const FloatControls& c) { return c.slowest_landing; })),
-        slowest_slip(NumberOf(cloths, [](const FloatControls& c) { return c.slowest_slip; })),
-        has_restitution(IsAnyLaneSet(restitution > SplatCloths(0))) {}
+        contact_cloths(gravity, [&](auto member) {
+          return NumberOf(cloths, [&](const FloatControls& c) { return c.*member; });
+        }) {}
 
   bool has_own_pins() const { return own_pins.lists != nullptr; }
   size_t pin_count() const {
@@ -195,26 +190,7 @@ struct GroupContext {
   // Whether they or a report read it.
   bool KeepsImpulses() const { return SolvesLinksAgain() || substep.is_last; }
   // Of the substep under way.
-  ContactNumbers contact_numbers() const {
-    return {.gravity = gravity,
-            .friction_static = friction_static,
-            .friction_dynamic = friction_dynamic,
-            .restitution = restitution,
-            .slowest_rebound = slowest_rebound,
-            .slowest_landing = slowest_landing,
-            .slowest_slip = slowest_slip,
-            .h = controls.h,
-            .interval = substep.interval,
-            .inverse_interval = substep.inverse_interval,
-            .half_interval = substep.half_interval,
-            .depenetration_distance = controls.depenetration_distance,
-            .tolerance = controls.contact_tolerance,
-            .is_two_step = substep.is_two_step,
-            .has_restitution = has_restitution,
-            .has_quiet_links = controls.plan.solver.has_quiet_links,
-            .has_two_frictions =
-                substep.is_two_step && IsAnyLaneSet(friction_static > friction_dynamic)};
-  }
+  ContactNumbers contact_numbers() const { return {contact_cloths, controls, substep}; }
   bool has_hinge_stages() const { return controls.plan.solver.hinge_stages > 0; }
   // Number of elastic elements, of triangles, or of places for cells, whichever is largest.
   size_t kick_count() const {
@@ -268,9 +244,7 @@ struct GroupContext {
   const VecCloths air_drag, air_lift;
   const VecCloths end_share;
   const VecCloths span_give;
-  const VecCloths friction_static, friction_dynamic;
-  const VecCloths restitution, slowest_rebound, slowest_landing, slowest_slip;
-  const bool has_restitution;                             // some cloth has
+  const ContactCloths contact_cloths;
   VecCloths damping_factor = SplatCloths(1);              // of the substep under way
   bool has_damping = false;                               // some cloth has
   ClothBox range{};                                       // ColliderReach::range

@@ -27,16 +27,9 @@ inline Gap GapAt(const FloatCollider& collider, Vec4 q) {
 // The counterpart of MovingSurface: a collider that rests as described.
 class RestingSurface {
  public:
-  static constexpr bool kMoves = false;
-
   explicit RestingSurface(const FloatCollider& collider) : collider_(collider) {}
 
   Gap GapAtStart(Vec4 p) const { return GapAt(collider_, p); }
-  Gap GapAtEnd(Vec4 q) const { return GapAt(collider_, q); }
-  // Of the gap at q [m].
-  float RoundOff(Vec4 q) const {
-    return kTouchRoundOff * (HWY_NAMESPACE::SumOfSizes(q) + collider_.size);
-  }
 
  private:
   const FloatCollider& collider_;

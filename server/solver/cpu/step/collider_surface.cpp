@@ -26,7 +26,9 @@ MovingSurface::MovingSurface(const FloatCollider& collider, const RigidMotion& m
       start_(motion.position_m, motion.rotation),
       end_(start_),
       velocity_(ToVec4(motion.velocity_m_per_s)),
-      angular_velocity_(ToVec4(motion.angular_velocity_rad_per_s)) {
+      angular_velocity_(ToVec4(motion.angular_velocity_rad_per_s)),
+      speed_(Length(velocity_)),
+      turning_per_s_(Length(angular_velocity_)) {
   const ChordFactors chord = motion.ChordOver(substep_s);
   chord_sine_ = static_cast<float>(chord.sine);
   chord_cosine_ = static_cast<float>(chord.cosine_s);
@@ -63,21 +65,8 @@ Gap MovingSurface::GapAt(const Pose& pose, Vec4 q) const {
                        gap.normal[2] * pose.columns[2]};
 }
 
-float MovingSurface::RoundOff(Vec4 q) const {
-  const float of_frame =
-      HWY_NAMESPACE::SumOfSizes(end_.position) + HWY_NAMESPACE::SumOfSizes(pivot_);
-  return kTouchRoundOff * (HWY_NAMESPACE::SumOfSizes(q) + (of_frame + collider_->size));
-}
-
-Vec4 MovingSurface::VelocityAt(const Pose& pose, Vec4 place) const {
-  return velocity_ + Cross(angular_velocity_, place - pose.position);
-}
-
-// v + (R r - r)/h for r from the position of the pivot, without the difference: with a = |w| h,
-// sin(a)/a w x r + h (1 - cos(a))/a^2 w x (w x r).
-Vec4 MovingSurface::MeanVelocity(Vec4 place) const {
-  const Vec4 tangent = Cross(angular_velocity_, place - start_.position);
-  return velocity_ + chord_sine_ * tangent + chord_cosine_ * Cross(angular_velocity_, tangent);
+Vec4 MovingSurface::VelocityAtEnd(Vec4 place) const {
+  return velocity_ + Cross(angular_velocity_, place - end_.position);
 }
 
 }  // namespace drape::cpu

@@ -13,8 +13,6 @@ namespace drape::cpu {
 
 class MovingSurface {
  public:
-  static constexpr bool kMoves = true;
-
   // Where `motion` has it now.
   MovingSurface(const FloatCollider& collider, const RigidMotion& motion)
       : MovingSurface(collider, motion, 0) {}
@@ -25,15 +23,8 @@ class MovingSurface {
 
   Gap GapAtStart(Vec4 p) const { return GapAt(start_, p); }
   Gap GapAtEnd(Vec4 q) const { return GapAt(end_, q); }
-  // Of the gap at q [m].
-  float RoundOff(Vec4 q) const;
-  // Velocity of the point of the collider that is at `place` then [m/s].
-  Vec4 VelocityAtStart(Vec4 place) const { return VelocityAt(start_, place); }
-  Vec4 VelocityAtEnd(Vec4 place) const { return VelocityAt(end_, place); }
-  // Over the substep, of the point that is at `place` when it starts [m/s].
-  Vec4 MeanVelocity(Vec4 place) const;
-  // Where it goes in the substep [m].
-  Vec4 WayOf(Vec4 place) const { return static_cast<float>(substep_s_) * MeanVelocity(place); }
+  // Velocity of the point of the collider that is at `place` when the substep ends [m/s].
+  Vec4 VelocityAtEnd(Vec4 place) const;
 
   // A point q lies in the description at pivot + R^T (q - position).
   struct Pose {
@@ -47,8 +38,11 @@ class MovingSurface {
   const Vec4& pivot() const { return pivot_; }
   const Vec4& velocity() const { return velocity_; }
   const Vec4& angular_velocity() const { return angular_velocity_; }
+  // ChordFactors over the substep.
   float chord_sine() const { return chord_sine_; }
   float chord_cosine() const { return chord_cosine_; }
+  float speed() const { return speed_; }                  // of the pivot [m/s]
+  float turning_per_s() const { return turning_per_s_; }  // [rad/s]
   // The substep, from the start of the step [s].
   float start_s() const { return static_cast<float>(substep_ * substep_s_); }
   float end_s() const { return static_cast<float>((substep_ + 1) * substep_s_); }
@@ -56,7 +50,6 @@ class MovingSurface {
  private:
   void FindEnd();
   Gap GapAt(const Pose& pose, Vec4 q) const;
-  Vec4 VelocityAt(const Pose& pose, Vec4 place) const;
 
   const FloatCollider* collider_;
   RigidMotion motion_;       // as at the start of the step, but turned as at the end of the substep
@@ -70,6 +63,8 @@ class MovingSurface {
   Vec4 angular_velocity_;
   float chord_sine_;
   float chord_cosine_;  // [s]
+  float speed_;
+  float turning_per_s_;
 };
 
 }  // namespace drape::cpu

@@ -67,8 +67,8 @@ class MovingOfCloth : public MovingSurfaces {
       : MovingSurfaces(collider, motion),
         described_(described),
         position_(motion.start.position),
-        speed_(SplatCloths(Length(surface.velocity()))),
-        turning_per_s_(SplatCloths(Length(surface.angular_velocity()))),
+        speed_(SplatCloths(surface.speed())),
+        turning_per_s_(SplatCloths(surface.turning_per_s())),
         start_s_(SplatCloths(surface.start_s())),
         end_s_(SplatCloths(surface.end_s())) {}
 

@@ -16,6 +16,7 @@
 #include "server/solver/cpu/formulas/distance_map_gap.h"
 #include "server/solver/cpu/model/float_controls.h"
 #include "server/solver/cpu/simd/vec_cloths-inl.h"
+#include "server/solver/cpu/step/step_context.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace drape::cpu::HWY_NAMESPACE {
@@ -124,7 +125,9 @@ class MovingSurfaces {
   VectorsCloths VelocityAtEnd(const VectorsCloths& place) const {
     return VelocityFrom(motion_.end, place);
   }
-  // Over the substep, of the points that are at `place` when it starts [m/s].
+  // Over the substep, of the points that are at `place` when it starts [m/s]: v + (R r - r)/h for r
+  // from the position of the pivot, without the difference: with a = |w| h, sin(a)/a w x r + h (1 -
+  // cos(a))/a^2 w x (w x r).
   VectorsCloths MeanVelocity(const VectorsCloths& place) const {
     const VectorsCloths tangent = Cross(motion_.angular_velocity, place - motion_.start.position);
     return motion_.velocity + motion_.chord_sine * tangent +
@@ -152,15 +155,47 @@ class MovingSurfaces {
   const ClothMotion& motion_;
 };
 
-// What contacts need to know of a substep (FloatControls, FloatSubstep).
-struct ContactNumbers {
+// What contacts need to know of the cloth in each lane (FloatControls).
+struct ContactCloths {
+  // `number_of(member)`: that of FloatControls in each lane.
+  template <class NumberOf>
+  ContactCloths(const VectorsCloths& its_gravity, const NumberOf& number_of)
+      : gravity(its_gravity),
+        friction_static(number_of(&FloatControls::friction_static)),
+        friction_dynamic(number_of(&FloatControls::friction_dynamic)),
+        restitution(number_of(&FloatControls::restitution)),
+        slowest_rebound(number_of(&FloatControls::slowest_rebound)),
+        slowest_landing(number_of(&FloatControls::slowest_landing)),
+        slowest_slip(number_of(&FloatControls::slowest_slip)),
+        has_restitution(IsAnyLaneSet(restitution > SplatCloths(0))),
+        has_two_frictions(IsAnyLaneSet(friction_static > friction_dynamic)) {}
+
   VectorsCloths gravity;
   VecCloths friction_static, friction_dynamic;
   VecCloths restitution, slowest_rebound, slowest_landing, slowest_slip;
+  bool has_restitution;    // in some lane
+  bool has_two_frictions;  // the same
+};
+
+// And of a substep; `controls`: only what all cloths share.
+struct ContactNumbers : ContactCloths {
+  ContactNumbers(const ContactCloths& cloths, const FloatControls& controls,
+                 const FloatSubstep& substep)
+      : ContactCloths(cloths),
+        h(controls.h),
+        interval(substep.interval),
+        inverse_interval(substep.inverse_interval),
+        half_interval(substep.half_interval),
+        depenetration_distance(controls.depenetration_distance),
+        tolerance(controls.contact_tolerance),
+        is_two_step(substep.is_two_step),
+        has_quiet_links(controls.plan.solver.has_quiet_links),
+        judges_sliding(is_two_step && has_two_frictions) {}
+
   float h, interval, inverse_interval, half_interval;
   float depenetration_distance, tolerance;
-  bool is_two_step, has_restitution, has_quiet_links;
-  bool has_two_frictions;  // some cloth has, and there are two steps
+  bool is_two_step, has_quiet_links;
+  bool judges_sliding;  // what slides slowly keeps the static friction
 };
 
 // Relative to the surface where the particle is.
@@ -197,6 +232,7 @@ HWY_INLINE VecCloths PredictContact(const ContactNumbers& numbers, const Surface
 struct StartOfContact {
   VectorsCloths sliding;
   MaskCloths has_landed;  // it hits the surface in the substep
+  VecCloths extent;       // sum of its position's sizes [m], of which rounding is a share
 };
 
 // `p`, `v`: of the particle then.
@@ -205,7 +241,8 @@ StartOfContact StartOf(const ContactNumbers& numbers, const Surface& surface,
                        const VectorsCloths& p, const VectorsCloths& v) {
   const VectorsCloths normal = surface.GapAtStart(p).normal;
   const VectorsCloths relative = VelocityBefore(surface, p, v);
-  return {Tangential(relative, normal), IsLanding(normal, relative, numbers.slowest_landing)};
+  return {Tangential(relative, normal), IsLanding(normal, relative, numbers.slowest_landing),
+          SumOfSizes(p)};
 }
 
 // The coefficient with which friction gives what it can of `wanted`. `something_holds`: of the
@@ -214,7 +251,7 @@ inline VecCloths FrictionOf(const ContactNumbers& numbers, const StartOfContact&
                             VecCloths size, VecCloths impulse, MaskCloths something_holds) {
   const VecCloths at_once =
       FrictionAtOnce(size, impulse, numbers.friction_static, numbers.friction_dynamic);
-  if (!numbers.has_two_frictions) return at_once;
+  if (!numbers.judges_sliding) return at_once;
   const VecCloths slip_speed = SlipSpeed(numbers.friction_static, impulse, numbers.slowest_slip);
   const VecCloths by_speed = Select(Sqrt(Dot(start.sliding, start.sliding)) > slip_speed,
                                     numbers.friction_dynamic, numbers.friction_static);
@@ -241,15 +278,15 @@ MaskCloths SolveFriction(const ContactNumbers& numbers, const Surface& surface, 
   const VecCloths size = Sqrt(Dot(wanted, wanted));
   VecCloths friction =
       FrictionAtOnce(size, impulse, numbers.friction_static, numbers.friction_dynamic);
-  if (numbers.has_two_frictions) {
+  if (numbers.judges_sliding) {
     const VecCloths limit = numbers.friction_static * impulse;
     MaskCloths holds = AndNot(size > limit, is_active);
     // What the dynamic friction holds has any of both.
     if (IsAnyLaneSet(is_active & (size > numbers.friction_dynamic * impulse))) {
       const StartOfContact at_start = start();
       const VectorsCloths acts = wanted + at_start.sliding;
-      const VecCloths rounding = SumOfSizes(b) * (static_cast<float>(kSlipRoundOffs) * kRoundOff *
-                                                  numbers.inverse_interval);
+      const VecCloths rounding = at_start.extent * (static_cast<float>(kSlipRoundOffs) * kRoundOff *
+                                                    numbers.inverse_interval);
       const VecCloths doubt = Min(rounding, limit * static_cast<float>(kSlipDoubt));
       holds |= AndNot(Sqrt(Dot(acts, acts)) + doubt > limit, is_active);
       friction = FrictionOf(numbers, at_start, size, impulse, is_active);
