@@ -176,6 +176,25 @@ TEST_P(WholeStepParityTest, BoxAndCapsule) {
   }
 }
 
+// Far from the limit, where rounding decides nothing, by both plans of the GPU: all holds, or all
+// slips, first more slowly than what keeps the static coefficient and then faster (kSlipSubsteps).
+TEST_P(WholeStepParityTest, SlopesWithTwoFrictions) {
+  for (const uint32_t side : {15u, 33u}) {
+    for (const double steepness : {0.8, 1.25}) {  // of the slope that static friction holds
+      Scene scene = Grid(side, side, 1, 1);
+      scene.name += steepness < 1 ? "_holds" : "_slips";
+      const Eigen::Quaterniond turn(
+          Eigen::AngleAxisd(-std::atan(0.5 * steepness), Eigen::Vector3d::UnitZ()));
+      for (Eigen::Vector3d& p : scene.state.positions_m) p = turn * p;
+      scene.parameters.colliders = {PlaneThrough({0, 0, 0}, turn * Eigen::Vector3d::UnitY())};
+      scene.parameters.friction_static = 0.5;
+      scene.parameters.friction_dynamic = 0.35;
+      UseSubsteps(scene, 8);
+      ExpectParity(GetParam(), scene, 2);
+    }
+  }
+}
+
 // By both plans of the GPU.
 TEST_P(WholeStepParityTest, DistanceMap) {
   for (const uint32_t side : {15u, 40u}) {

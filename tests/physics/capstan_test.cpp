@@ -1,9 +1,11 @@
-// Chains over bars whose two coefficients of friction differ: what the static one can hold stays,
-// though loads arrive link by link and what slips first would hold less.
+// Chains that loads pull over bars hold and slip by Coulomb's law, corner by corner.
+#include <algorithm>
 #include <cmath>
+#include <cstdio>
 #include <numbers>
 #include <random>
 #include <string>
+#include <tuple>
 #include <vector>
 
 #include "tests/physics/preset_test.h"
@@ -14,36 +16,116 @@ namespace {
 using Eigen::Vector3d;
 constexpr double kG = 9.81;
 
-// A chain over a horizontal bar, which it touches in `turns` + 1 places, a load at either end.
+// A chain over a horizontal bar that turns by pi in `turns` equal corners and hangs down vertically
+// on both sides, a load at either end. At a corner of angle d inside the chain the tensions S < T
+// of its links act at d/2 from the tangent, so they press with (S + T) sin d/2 and pull with (T -
+// S) cos d/2: it slips from T/S = (cos d/2 + mu sin d/2) / (cos d/2 - mu sin d/2) =: f on. The
+// first and the last particle in contact are level with the axis, where the hanging link is
+// tangential: together they are one more corner. With massless links the loads differ by f^turns.
 struct Bar {
-  uint32_t turns = 0;
-  double radius_m = 0;
+  uint32_t turns = 6;
+  uint32_t hanging = 1;  // links on either side
+  double radius_m = 0.1;
   double direction = 0;  // of the bar, about y [rad]
   Vector3d place_m = Vector3d::Zero();
-  double link_kg = 0;  // the light load is 1 kg
-  double friction_static = 0;
-  double dynamic = 0;  // of the static coefficient
+  double link_kg = 0;
+  double light_kg = 1;
+  double friction_static = 0.3;
+  double dynamic = 1;  // of the static coefficient
   double time_step_s = 1.0 / 60;
 
   double corner() const { return std::numbers::pi / turns; }
   double AngleOf(uint32_t contact) const { return std::numbers::pi - contact * corner(); }
   double link_m() const { return 2 * radius_m * std::sin(corner() / 2); }
 
-  // The heavy load that static friction just holds, contact by contact (Capstan, friction_test).
+  // The heavy load that static friction just holds: corner by corner, with the links' own weight,
+  // which presses by its part along the normal (cos a, sin a) and pulls towards the heavy side by
+  // m g cos a.
   double SlipLoad_kg() const {
-    double tension = 1;  // over g
+    const double mu = friction_static;
+    double tension = light_kg + (hanging - 1) * link_kg;  // over g
     for (uint32_t k = 0; k <= turns; ++k) {
       const double before = k == 0 ? 0 : corner() / 2, after = k == turns ? 0 : corner() / 2;
-      const double held = tension * (std::cos(before) + friction_static * std::sin(before)) -
-                          link_kg * (std::cos(AngleOf(k)) - friction_static * std::sin(AngleOf(k)));
-      tension = held / (std::cos(after) - friction_static * std::sin(after));
+      const double held = tension * (std::cos(before) + mu * std::sin(before)) -
+                          link_kg * (std::cos(AngleOf(k)) - mu * std::sin(AngleOf(k)));
+      tension = held / (std::cos(after) - mu * std::sin(after));
     }
-    return tension;
+    return tension - (hanging - 1) * link_kg;
+  }
+
+  // How fast the chain starts where the heavy load is `share` of that one, at least: what is more
+  // than static friction holds accelerates everything.
+  double Acceleration(double share) const {
+    const double chain_kg = (turns + 1 + 2 * (hanging - 1)) * link_kg;
+    return (share - 1) * SlipLoad_kg() * kG / (share * SlipLoad_kg() + light_kg + chain_kg);
+  }
+
+  Scene Loaded(double share, const StepSettings& settings) const {
+    const Eigen::AngleAxisd turn(direction, Vector3d::UnitY());
+    ParticleTopology chain;
+    const auto add = [&](double x, double y) {
+      chain.positions_m.push_back(place_m + turn * Vector3d(x, y, 0));
+    };
+    for (uint32_t k = hanging; k >= 1; --k) add(-radius_m, -link_m() * k);
+    for (uint32_t k = 0; k <= turns; ++k) {
+      add(radius_m * std::cos(AngleOf(k)), radius_m * std::sin(AngleOf(k)));
+    }
+    for (uint32_t k = 1; k <= hanging; ++k) add(radius_m, -link_m() * k);
+    chain.masses_kg.assign(chain.positions_m.size(), link_kg);
+    chain.masses_kg.front() = light_kg;
+    chain.masses_kg.back() = share * SlipLoad_kg();
+    for (uint32_t k = 0; k + 1 < chain.positions_m.size(); ++k) {
+      chain.distance_constraints.push_back({.i = k, .j = k + 1, .rest_length_m = link_m()});
+    }
+    Scene scene = Particles(chain);
+    const Vector3d along = turn * Vector3d::UnitZ();
+    scene.parameters.colliders = {CapsuleBetween(place_m - along, place_m + along, radius_m)};
+    scene.parameters.friction_static = friction_static;
+    scene.parameters.friction_dynamic = dynamic * friction_static;
+    scene.parameters.settings = settings;
+    scene.parameters.settings.time_step_s = time_step_s;
+    return scene;
   }
 };
 
-std::vector<Bar> RandomBars(uint32_t count) {
-  std::mt19937 random(7);
+class Capstan : public PhysicsTest {
+ protected:
+  // Links heavy enough for the sweeps: they move a particle in contact by its own mass.
+  static Bar Chain(double link_kg = 0.05) { return {.hanging = 2, .link_kg = link_kg}; }
+
+  // How far the heavy load sinks in half a second.
+  double Sinking(double share) {
+    StepSettings settings = SingleSubstep(1.0 / 60, 300);
+    settings.substeps = 10;
+    settings.sweep = Sweep::kStrips;
+    const Scene scene = Chain().Loaded(share, settings);
+    const double start = scene.state.positions_m.back().y();
+    return start - StateAfter(scene, 30).positions_m.back().y();
+  }
+};
+
+TEST_P(Capstan, WithoutWeightTheLoadsAreThatOfTheCorners) {
+  const Bar bar = Chain(0);
+  const double c = std::cos(bar.corner() / 2);
+  const double s = bar.friction_static * std::sin(bar.corner() / 2);
+  EXPECT_NEAR(bar.SlipLoad_kg(), bar.light_kg * std::pow((c + s) / (c - s), bar.turns), 1e-12);
+}
+
+// The requirement: within 3 %.
+TEST_P(Capstan, SlipsAtTheLoadRatioOfItsCorners) {
+  const double held_m = Sinking(0.97), slipping_m = Sinking(1.03);
+  std::printf(
+      "[ MEASURED ] capstan on %s: the heavy end sinks %.3g mm in 0.5 s 3 %% below the load "
+      "that slips, %.3g mm above\n",
+      backend_name().c_str(), 1e3 * held_m, 1e3 * slipping_m);
+  EXPECT_LE(std::abs(held_m), 1e-4);
+  EXPECT_GE(slipping_m, Chain().Acceleration(1.03) * 0.25 / 2 / 2);
+}
+
+DRAPE_PHYSICS_TEST_ON_EVERY_BACKEND(Capstan);
+
+std::vector<Bar> RandomBars(uint32_t seed, uint32_t count) {
+  std::mt19937 random(seed);
   const auto between = [&](double low, double high) {
     return std::uniform_real_distribution<double>(low, high)(random);
   };
@@ -63,58 +145,67 @@ std::vector<Bar> RandomBars(uint32_t count) {
   return bars;
 }
 
+// What slips first would hold less, and hand on its load: the dynamic coefficient is below the
+// static one.
 class TwoFrictions : public PresetTest {
  protected:
-  // How far the heavy load sinks in a second. `share`: of the load that is just held.
+  // What is let go runs by decimetres; what is held sinks while the load arrives, link by link, and
+  // ACCURATE creeps by up to 7 mm in single precision.
+  static constexpr double kHeld_m = 0.01;
+
+  // How far the heavy load sinks in a second.
   double Sinking(const Bar& bar, double share) {
-    const Eigen::AngleAxisd turn(bar.direction, Vector3d::UnitY());
-    ParticleTopology chain;
-    const auto add = [&](double x, double y) {
-      chain.positions_m.push_back(turn * Vector3d(x, y, 0));
-    };
-    add(-bar.radius_m, -bar.link_m());
-    for (uint32_t k = 0; k <= bar.turns; ++k) {
-      add(bar.radius_m * std::cos(bar.AngleOf(k)), bar.radius_m * std::sin(bar.AngleOf(k)));
-    }
-    add(bar.radius_m, -bar.link_m());
-    chain.masses_kg.assign(chain.positions_m.size(), bar.link_kg);
-    chain.masses_kg.front() = 1;
-    chain.masses_kg.back() = share * bar.SlipLoad_kg();
-    for (uint32_t k = 0; k + 1 < chain.positions_m.size(); ++k) {
-      chain.distance_constraints.push_back({.i = k, .j = k + 1, .rest_length_m = bar.link_m()});
-    }
-    for (Vector3d& p : chain.positions_m) p += bar.place_m;
-    Scene scene = Particles(chain);
-    const Vector3d along = turn * Vector3d::UnitZ();
-    scene.parameters.colliders = {
-        CapsuleBetween(bar.place_m - along, bar.place_m + along, bar.radius_m)};
-    scene.parameters.friction_static = bar.friction_static;
-    scene.parameters.friction_dynamic = bar.dynamic * bar.friction_static;
-    scene.parameters.settings = PresetSettings(preset());
-    scene.parameters.settings.time_step_s = bar.time_step_s;
+    const Scene scene = bar.Loaded(share, PresetSettings(preset()));
     const auto steps = static_cast<uint32_t>(std::lround(1 / bar.time_step_s));
     return scene.state.positions_m.back().y() - StateAfter(scene, steps).positions_m.back().y();
+  }
+
+  void ExpectHeld(const Bar& bar) {
+    SCOPED_TRACE("turns " + std::to_string(bar.turns) + ", links of " +
+                 std::to_string(bar.link_kg) + " kg, friction " +
+                 std::to_string(bar.friction_static) + " and " + std::to_string(bar.dynamic));
+    EXPECT_LE(Sinking(bar, 0.9), kHeld_m);
+    // Well above the limit it runs, no slower than with the static friction.
+    EXPECT_GE(Sinking(bar, 1.3), bar.Acceleration(1.3) / 2 / 2);
   }
 };
 
 TEST_P(TwoFrictions, AChainOverABarHoldsWhatItsStaticFrictionCan) {
-  if (preset() == Preset::kPaper) return;  // one step: at once (method.md, "Friction")
-  for (const Bar& bar : RandomBars(8)) {
-    SCOPED_TRACE("turns " + std::to_string(bar.turns) + ", links of " +
-                 std::to_string(bar.link_kg) + " kg, friction " +
-                 std::to_string(bar.friction_static) + " and " + std::to_string(bar.dynamic));
-    // What is let go runs by decimetres; what is held sinks while the load arrives, link by link.
-    // ACCURATE creeps by up to 7 mm on `cpu`; above 0.9 of the limit rounding may let go there.
-    EXPECT_LE(Sinking(bar, 0.9), 1e-2);
-    // Well above the limit it runs, no slower than with the static friction: the excess of the
-    // load accelerates both loads and the chain.
-    const double slip_kg = bar.SlipLoad_kg();
-    const double mass = 1.3 * slip_kg + 1 + (bar.turns + 1) * bar.link_kg;
-    EXPECT_GE(Sinking(bar, 1.3), 0.3 * slip_kg * kG / mass / 2 / 2);
+  for (const Bar& bar : RandomBars(7, 8)) ExpectHeld(bar);
+}
+
+class TwoFrictionsLong : public TwoFrictions {};
+
+// Nearer to the limit rounding may let go in single precision: told, and not bounded.
+TEST_P(TwoFrictionsLong, ManyChainsHold) {
+  const std::vector<Bar> bars = RandomBars(8, 24);
+  for (const Bar& bar : bars) ExpectHeld(bar);
+  for (const double share : {0.95, 0.98}) {
+    std::vector<double> sunk_m;
+    for (const Bar& bar : bars) sunk_m.push_back(Sinking(bar, share));
+    std::ranges::sort(sunk_m);
+    const auto run = std::ranges::count_if(sunk_m, [](double m) { return m > kHeld_m; });
+    std::printf("[ MEASURED ] %s on %s, %.0f %% of the limit: %td of %zu ran, median %.2f mm\n",
+                std::string(PresetName(preset())).c_str(), backend_name().c_str(), 100 * share, run,
+                sunk_m.size(), 1e3 * sunk_m[sunk_m.size() / 2]);
   }
 }
 
-DRAPE_PRESET_TEST_ON_EVERY_BACKEND(TwoFrictions);
+// With one step what slips has the dynamic friction at once (method.md, (42a)).
+std::vector<std::tuple<std::string, Preset>> WithTwoSteps(bool is_long) {
+  std::vector<std::tuple<std::string, Preset>> pairs = BackendsAndPresets(is_long);
+  std::erase_if(pairs, [](const auto& pair) { return std::get<1>(pair) == Preset::kPaper; });
+  return pairs;
+}
+
+INSTANTIATE_TEST_SUITE_P(BackendsAndPresets, TwoFrictions, ::testing::ValuesIn(WithTwoSteps(false)),
+                         NameOfPair);
+INSTANTIATE_TEST_SUITE_P(BackendsAndPresetsLong, TwoFrictions,
+                         ::testing::ValuesIn(WithTwoSteps(true)), NameOfPair);
+INSTANTIATE_TEST_SUITE_P(BackendsAndPresets, TwoFrictionsLong,
+                         ::testing::ValuesIn(WithTwoSteps(false)), NameOfPair);
+INSTANTIATE_TEST_SUITE_P(BackendsAndPresetsLong, TwoFrictionsLong,
+                         ::testing::ValuesIn(WithTwoSteps(true)), NameOfPair);
 
 }  // namespace
 }  // namespace drape::test

@@ -1,4 +1,4 @@
-// Coulomb friction of whole cloths and chains that hold, slip and rest.
+// Coulomb friction of whole cloths that hold, slip and rest.
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -283,97 +283,6 @@ TEST_P(AnySlopes, HoldWhatIsBelowItsLimitAndLetSlideWhatIsAbove) {
 DRAPE_PRESET_TEST_ON_EVERY_BACKEND(AnySlopes);
 
 DRAPE_PHYSICS_TEST_ON_EVERY_BACKEND(Slope);
-
-// A chain over a horizontal cylinder that turns by pi in kTurns equal corners and hangs down
-// vertically on both sides, a load at either end. At a corner of angle d inside the chain the
-// tensions S < T of its links act at d/2 from the tangent, so they press with (S + T) sin d/2 and
-// pull with (T - S) cos d/2: it slips from T/S = (cos d/2 + mu sin d/2) / (cos d/2 - mu sin d/2) =:
-// f on. The first and the last particle in contact are level with the axis, where the hanging link
-// is tangential: together they are one more corner. With massless links the loads differ by
-// f^kTurns.
-class Capstan : public PhysicsTest {
- protected:
-  static constexpr uint32_t kTurns = 6;
-  static constexpr uint32_t kHanging = 2;  // links on either side
-  static constexpr double kRadius = 0.1;
-  static constexpr double kFriction = 0.3;
-  static constexpr double kLightLoad_kg = 1;
-  // Heavy enough for the sweeps: they move a particle in contact by its own mass.
-  static constexpr double kLink_kg = 0.05;
-
-  static double Corner() { return std::numbers::pi / kTurns; }
-  static double AngleOf(uint32_t contact) { return std::numbers::pi - contact * Corner(); }
-
-  // The heavy load that slips: corner by corner, with the links' own weight, which presses by its
-  // part along the normal (cos a, sin a) and pulls towards the heavy side by m g cos a.
-  static double SlipLoad_kg(double link_kg) {
-    double tension = kLightLoad_kg + (kHanging - 1) * link_kg;  // over g
-    for (uint32_t k = 0; k <= kTurns; ++k) {
-      const double before = k == 0 ? 0 : Corner() / 2, after = k == kTurns ? 0 : Corner() / 2;
-      const double held = tension * (std::cos(before) + kFriction * std::sin(before)) -
-                          link_kg * (std::cos(AngleOf(k)) - kFriction * std::sin(AngleOf(k)));
-      tension = held / (std::cos(after) - kFriction * std::sin(after));
-    }
-    return tension - (kHanging - 1) * link_kg;
-  }
-
-  Scene Loaded(double heavy_load_kg) {
-    const double link = 2 * kRadius * std::sin(Corner() / 2);
-    ParticleTopology chain;
-    for (uint32_t k = kHanging; k >= 1; --k) {
-      chain.positions_m.push_back(Vector3d(-kRadius, -link * k, 0));
-    }
-    for (uint32_t k = 0; k <= kTurns; ++k) {
-      chain.positions_m.push_back(kRadius *
-                                  Vector3d(std::cos(AngleOf(k)), std::sin(AngleOf(k)), 0));
-    }
-    for (uint32_t k = 1; k <= kHanging; ++k) {
-      chain.positions_m.push_back(Vector3d(kRadius, -link * k, 0));
-    }
-    chain.masses_kg.assign(chain.positions_m.size(), kLink_kg);
-    chain.masses_kg.front() = kLightLoad_kg;
-    chain.masses_kg.back() = heavy_load_kg;
-    for (uint32_t k = 0; k + 1 < chain.positions_m.size(); ++k) {
-      chain.distance_constraints.push_back({.i = k, .j = k + 1, .rest_length_m = link});
-    }
-    Scene scene = Particles(chain);
-    scene.parameters.colliders = {CapsuleBetween(Vector3d(0, 0, -1), Vector3d(0, 0, 1), kRadius)};
-    scene.parameters.friction_static = scene.parameters.friction_dynamic = kFriction;
-    scene.parameters.settings = SingleSubstep(1.0 / 60, 300);
-    scene.parameters.settings.substeps = 10;
-    scene.parameters.settings.sweep = Sweep::kStrips;
-    return scene;
-  }
-
-  // How far the heavy load sinks in half a second.
-  double Sinking(double heavy_load_kg) {
-    const Scene scene = Loaded(heavy_load_kg);
-    const double start = scene.state.positions_m.back().y();
-    return start - StateAfter(scene, 30).positions_m.back().y();
-  }
-};
-
-TEST_P(Capstan, WithoutWeightTheLoadsAreThatOfTheCorners) {
-  const double c = std::cos(Corner() / 2), s = kFriction * std::sin(Corner() / 2);
-  EXPECT_NEAR(SlipLoad_kg(0), kLightLoad_kg * std::pow((c + s) / (c - s), kTurns), 1e-12);
-}
-
-// The requirement: within 3 %.
-TEST_P(Capstan, SlipsAtTheLoadRatioOfItsCorners) {
-  const double slip_kg = SlipLoad_kg(kLink_kg);
-  const double held_m = Sinking(0.97 * slip_kg), slipping_m = Sinking(1.03 * slip_kg);
-  std::printf(
-      "[ MEASURED ] capstan on %s: the heavy end sinks %.3g mm in 0.5 s 3 %% below the load "
-      "that slips, %.3g mm above\n",
-      backend_name().c_str(), 1e3 * held_m, 1e3 * slipping_m);
-  EXPECT_LE(std::abs(held_m), 1e-4);
-  // The excess accelerates everything.
-  const double mass = 1.03 * slip_kg + kLightLoad_kg + (kTurns + 1 + 2 * (kHanging - 1)) * kLink_kg;
-  const double acceleration = 0.03 * slip_kg * kG / mass;
-  EXPECT_GE(slipping_m, acceleration * 0.25 / 2 / 2);
-}
-
-DRAPE_PHYSICS_TEST_ON_EVERY_BACKEND(Capstan);
 
 }  // namespace
 }  // namespace drape::test
