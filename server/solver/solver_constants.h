@@ -32,7 +32,7 @@ inline constexpr double kSlipSpeed_m_per_s = 0.05;
 // position in the velocity of a substep [-], but at most by this share of the limit [-]. Larger:
 // the whole cloth counts as slipping where parts of it hold; smaller: rounding holds what slips as
 // a whole just beyond its static friction.
-inline constexpr double kSlipRoundOffs = 4;
+inline constexpr double kSlipRoundOffs = 2;
 inline constexpr double kSlipDoubt = 0.25;
 
 // A particle touches a collider if its gap is smaller than this many roundings of the coordinates
@@ -41,9 +41,11 @@ inline constexpr double kSlipDoubt = 0.25;
 inline constexpr double kTouchRoundOffs = 16;
 
 // The errors of links between particles that rest on colliders count from this many roundings of
-// the particles' coordinates on [-]. Larger: such links are slack, and edges over which a cloth
-// hangs tremble; smaller: rounding pulls particles that static friction holds.
-inline constexpr double kQuietRoundOffs = 8;
+// the particles' coordinates on [-]: as far as storing them can be off. Larger: such links are
+// slack, edges over which a cloth hangs tremble, and loads run over a bar whose friction could hold
+// them, since the errors are what remembers friction; smaller: rounding pulls particles that static
+// friction holds.
+inline constexpr double kQuietRoundOffs = 1;
 
 // A particle that reaches a collider more slowly than gravity accelerates it in this many
 // substeps does not bounce off it [-] (Müller et al. 2020, «Detailed Rigid Body Simulation with

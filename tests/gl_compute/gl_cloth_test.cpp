@@ -83,7 +83,8 @@ TEST(LayOutScratchTest, ArraysDoNotOverlap) {
   EXPECT_EQ(layout.lambdas, 0u);
   EXPECT_EQ(layout.normal_betas, layout.lambdas + model->constraint_count());
   EXPECT_EQ(layout.tangent_betas, layout.normal_betas + 300);
-  EXPECT_EQ(layout.violations, layout.tangent_betas + 900);
+  EXPECT_EQ(layout.slidings, layout.tangent_betas + 900);  // the dynamic friction is less
+  EXPECT_EQ(layout.violations, layout.slidings + 300);
   EXPECT_EQ(layout.met_colliders, layout.violations + 100);
   EXPECT_EQ(layout.spring_accelerations, layout.met_colliders + 100);
   EXPECT_EQ(layout.air_impulses, layout.spring_accelerations + 300);

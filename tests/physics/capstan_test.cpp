@@ -174,6 +174,31 @@ TEST_P(TwoFrictions, AChainOverABarHoldsWhatItsStaticFrictionCan) {
   for (const Bar& bar : RandomBars(7, 8)) ExpectHeld(bar);
 }
 
+// With one coefficient, 2 % below the limit, once it has settled: in REALTIME by 0.2 mm/s at most
+// in double precision, and so in single precision, but for few chains whose links the load
+// stretches by no more than some roundings of their ends. ACCURATE creeps by more, since its sweeps
+// end at a tolerance (presets.md).
+TEST_P(TwoFrictions, AChainNearItsLimitStaysWhereItIs) {
+  std::vector<double> speeds_mm_per_s;
+  for (Bar bar : RandomBars(9, 12)) {
+    bar.dynamic = 1;
+    const Scene scene = bar.Loaded(0.98, PresetSettings(preset()));
+    const auto steps = static_cast<uint32_t>(std::lround(1 / bar.time_step_s));
+    const double settled_m = StateAfter(scene, steps).positions_m.back().y();
+    const double later_m = StateAfter(scene, steps + steps / 2).positions_m.back().y();
+    speeds_mm_per_s.push_back(1e3 * (settled_m - later_m) / 0.5);
+  }
+  const auto fast = std::ranges::count_if(speeds_mm_per_s, [](double v) { return v > 0.3; });
+  std::printf(
+      "[ MEASURED ] %s on %s, 98 %% of the limit, one coefficient: %td of %zu creep by more "
+      "than 0.3 mm/s, the fastest by %.2f\n",
+      std::string(PresetName(preset())).c_str(), backend_name().c_str(), fast,
+      speeds_mm_per_s.size(), std::ranges::max(speeds_mm_per_s));
+  if (preset() == Preset::kRealtime) {
+    EXPECT_LE(fast, backend_name() == "reference" ? 0 : 2);
+  }
+}
+
 class TwoFrictionsLong : public TwoFrictions {};
 
 // Nearer to the limit rounding may let go in single precision: told, and not bounded.
