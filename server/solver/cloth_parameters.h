@@ -66,10 +66,12 @@ inline bool HasMovingColliders(const ClothParameters& parameters) {
   return !parameters.collider_motions.empty();
 }
 
-// Whether particles may bounce off colliders.
+// Whether what slips has less friction than what sticks.
 inline bool HasTwoFrictions(const ClothParameters& parameters) {
   return parameters.friction_static > parameters.friction_dynamic;
 }
+
+// Whether particles may bounce off colliders.
 inline bool HasRestitution(const ClothParameters& parameters) {
   return !parameters.colliders.empty() && parameters.restitution > 0;
 }

@@ -41,11 +41,11 @@ inline constexpr double kSlipDoubt = 0.25;
 inline constexpr double kTouchRoundOffs = 16;
 
 // The errors of links between particles that rest on colliders count from this many roundings of
-// the particles' coordinates on [-]: as far as storing them can be off. Larger: such links are
-// slack, edges over which a cloth hangs tremble, and loads run over a bar whose friction could hold
-// them, since the errors are what remembers friction; smaller: rounding pulls particles that static
-// friction holds.
-inline constexpr double kQuietRoundOffs = 1;
+// the particles' coordinates on [-]: as far as storing them before and after a substep can be off.
+// Larger: such links are slack, edges over which a cloth hangs tremble, and loads run over a bar
+// whose friction could hold them, since the errors are what remembers friction; smaller: rounding
+// pulls particles that static friction holds.
+inline constexpr double kQuietRoundOffs = 2;
 
 // A particle that reaches a collider more slowly than gravity accelerates it in this many
 // substeps does not bounce off it [-] (Müller et al. 2020, «Detailed Rigid Body Simulation with

@@ -33,9 +33,10 @@ void StoreTangentBeta(uint collider, uint i, vec3 beta_t) {
 // The position before the substep of a particle whose b is p.
 vec3 StartPosition(uint i, vec3 p) {
 #ifdef HAS_TWO_STEPS
-  if (IsTwoStep()) return PreviousPosition(i);
-#endif
+  return PreviousPosition(i);
+#else
   return p;
+#endif
 }
 
 // From where a particle, predicted from b, was before the substep to where it will be after it, relative to the
@@ -44,10 +45,8 @@ vec3 WayOf(Surface surface, uint i, vec3 b, vec3 u) {
   precise vec3 way = substep.interval * u;
   vec3 p = b;
 #ifdef HAS_TWO_STEPS
-  if (IsTwoStep()) {
-    p = StartPosition(i, b);
-    way = (b - p) + way;
-  }
+  p = PreviousPosition(i);
+  way = (b - p) + way;
 #endif
   return RelativeWay(surface, p, way);
 }
@@ -90,9 +89,8 @@ Friction FrictionBySpeed(float sliding_sq) {
 
 // The friction of a contact in a sweep, of which `wanted`, of length `size`, would stop the sliding; how it slid when
 // the substep began is kept. What holds marks the cloth: static friction holds what acts on it, apart from what it
-// takes to stop it.
+// takes to stop it. Two frictions differ only with two steps (PlannedCloth::has_two_frictions).
 Friction FrictionOf(uint c, uint i, Surface surface, vec3 normal_at_start, vec3 wanted, float size, float impulse) {
-  if (!IsTwoStep()) return FrictionAtOnce();
   vec3 v = RelativeAtStart(surface, PreviousPosition(i), PreviousVelocity(i));
   vec3 sliding = TangentialPart(v, normal_at_start);
   float sliding_sq = IsLanding(v, normal_at_start, cloth.step.slowest_landing) ? -1.0 : Dot(sliding, sliding);
@@ -272,7 +270,7 @@ vec3 VelocityAfterContacts(uint i, vec3 p, vec3 v) {
     vec3 normal = GapAtEnd(surface, p).normal;
     Friction friction = FrictionAtOnce();
 #ifdef HAS_TWO_FRICTIONS
-    if (IsTwoStep() && HoldsUntil() == substep_end_index) friction = FrictionBySpeed(scratch[SlidingWord(c, i)]);
+    if (HoldsUntil() == substep_end_index) friction = FrictionBySpeed(scratch[SlidingWord(c, i)]);
 #endif
     vec3 relative = CorrectContactVelocity(c, i, friction, normal, RelativeAtEnd(surface, p, v));
 #ifdef HAS_IMPULSES
@@ -284,7 +282,7 @@ vec3 VelocityAfterContacts(uint i, vec3 p, vec3 v) {
     if (!has_landed) landed_on = c;
 #endif
 #ifdef HAS_TWO_STEPS
-    if (IsTwoStep() && !has_landed) has_landed = HasLanded(c, i, surface);
+    if (!has_landed) has_landed = HasLanded(c, i, surface);
 #endif
   }
 #ifdef HAS_TWO_STEPS

@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <array>
-#include <cmath>
 #include <cstdio>
 #include <filesystem>
 #include <sstream>
@@ -212,28 +211,24 @@ TEST(TowelTest, LiesFoldedTwice) {
 }
 
 // Pulled fast, the cloth hardly moves the ball, which rolls on slowly: no friction stops a ball
-// that rolls. The table ends 0.47 m away from it. Which folds it rolls over is a matter of rounding
-// (of 41 masses within 2 % a few ended 0.3 to 0.4 m away, by hand), so some nearly equal ones are
-// played.
+// that rolls. The table ends 0.47 m away from it. Rounding decides which folds it rolls over, so
+// nearly equal ones are played, too.
 TEST(PulledTableclothTest, TheBallStaysOnTheTable) {
   const TemporaryFolder folder;
   ordered_json scene = ordered_json::parse(ReadText(Example("pulled_tablecloth.json")));
   ordered_json& ball = scene["cloths"][0]["spec"]["environment"]["colliders"][1];
   const double mass_kg = ball["mass_kg"].get<double>();
-  std::vector<double> places_m;
-  for (const double share : {0.98, 0.99, 1.0, 1.01, 1.02}) {
+  for (const double share : {1.0, 0.98, 0.99, 1.01, 1.02}) {
+    SCOPED_TRACE(share);
     ball["mass_kg"] = share * mass_kg;
     WriteText(folder / "scene.json", scene.dump());
     const ordered_json report = RunForReport(folder / "scene.json", {"--every=120"});
     const ordered_json& last = report["cloths"][0]["samples"].back();
     const ordered_json& place_m = last["colliders"][1]["position_m"];
-    EXPECT_LT(std::abs(place_m[0].get<double>()), 0.42) << share;
-    EXPECT_NEAR(place_m[1].get<double>(), 0.7 + 0.09, 0.002) << share;
-    EXPECT_EQ(last["contacts"], 0) << share << ": the cloth hangs from the grips";
-    places_m.push_back(place_m[0].get<double>());
+    EXPECT_NEAR(place_m[0].get<double>(), -0.05, 0.3);
+    EXPECT_NEAR(place_m[1].get<double>(), 0.7 + 0.09, 0.002);
+    EXPECT_EQ(last["contacts"], 0) << "the cloth hangs from the grips";
   }
-  std::ranges::sort(places_m);
-  EXPECT_NEAR(places_m[places_m.size() / 2], -0.05, 0.3);
 }
 
 TEST(ExampleFilesTest, EveryFileIsTested) {

@@ -5,6 +5,7 @@
 #include <numbers>
 #include <random>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "tests/physics/preset_test.h"
@@ -163,6 +164,7 @@ struct AnySlope {
   double turn = 0;        // of the cloth on the slope [rad]
   double distance_m = 0;  // of the plane's point from the cloth
   double drop_m = 0;      // start above the slope
+  double away_m = 0;      // of the cloth from the origin, along the slope
   double dynamic = 0;     // of the static coefficient
   double time_step_s = 1.0 / 60;
 
@@ -174,8 +176,8 @@ struct AnySlope {
   }
 };
 
-std::vector<AnySlope> RandomSlopes(uint32_t count) {
-  std::mt19937 random(20);
+std::vector<AnySlope> RandomSlopes(uint32_t seed, uint32_t count) {
+  std::mt19937 random(seed);
   const auto between = [&](double low, double high) {
     return std::uniform_real_distribution<double>(low, high)(random);
   };
@@ -233,11 +235,12 @@ class AnySlopes : public PresetTest {
     scene.parameters.settings.time_step_s = slope.time_step_s;
     const Eigen::Quaterniond rotation = slope.rotation();
     const Vector3d up = rotation * Vector3d::UnitY();
+    const Vector3d aside = rotation * Vector3d(0.8, 0, 0.6);
     Vector3d centre = Vector3d::Zero();
     for (const Vector3d& p : scene.state.positions_m) centre += p;
     centre /= static_cast<double>(scene.state.positions_m.size());
-    for (Vector3d& p : scene.state.positions_m) p = rotation * (p - centre) + slope.drop_m * up;
-    const Vector3d aside = rotation * Vector3d(0.8, 0, 0.6);
+    for (Vector3d& p : scene.state.positions_m)
+      p = rotation * (p - centre) + slope.drop_m * up + slope.away_m * aside;
     scene.parameters.colliders = {PlaneThrough(slope.distance_m * aside, up)};
     scene.parameters.friction_static = friction_static * std::tan(slope.angle);
     scene.parameters.friction_dynamic = slope.dynamic * scene.parameters.friction_static;
@@ -258,29 +261,71 @@ class AnySlopes : public PresetTest {
     return std::sqrt(2 * kG * slope.drop_m) * h;
   }
 
-  void Expect(const Scene& scene, const AnySlope& slope, const std::string& what) {
-    SCOPED_TRACE(what + ", angle " + std::to_string(slope.angle) + ", drop " +
-                 std::to_string(slope.drop_m));
-    EXPECT_LE(Way(scene, slope, 1.02), 1e-4 + LandingWay(slope)) << "2 % below its limit";
-    if (slope.drop_m > 0) return;
+  // How far it moves at most in a second 2 % below its limit [m].
+  double HeldWay(const AnySlope& slope) const { return 1e-4 + LandingWay(slope); }
+
+  // 2 % above its limit: by how much its way is off the closed form, over that of a free slide.
+  double SlideError(const Scene& scene, const AnySlope& slope) {
     const double free = kG * std::sin(slope.angle);
     const double acceleration = free * (1 - 0.98 * slope.dynamic);
-    // The requirement, 0.1 %, of the forces that nearly balance.
-    EXPECT_NEAR(Way(scene, slope, 0.98), acceleration / 2, 1e-3 * free / 2) << "2 % above it";
+    return (Way(scene, slope, 0.98) - acceleration / 2) / (free / 2);
+  }
+
+  // The requirement, 0.1 %, of the forces that nearly balance.
+  static constexpr double kSlideTolerance = 1e-3;
+
+  static const std::vector<std::pair<std::string, Scene>>& Scenes() {
+    static const std::vector<std::pair<std::string, Scene>> scenes = {
+        {"grid", Grid(9, 7, 0.6, 0.5)},
+        {"mesh", IrregularMesh(8, 0.25)},
+        {"single particles", SingleParticles()}};
+    return scenes;
   }
 };
 
 TEST_P(AnySlopes, HoldWhatIsBelowItsLimitAndLetSlideWhatIsAbove) {
-  const std::vector<AnySlope> slopes = RandomSlopes(6);
-  const Scene grid = Grid(9, 7, 0.6, 0.5), mesh = IrregularMesh(8, 0.25);
-  for (const AnySlope& slope : slopes) {
-    Expect(grid, slope, "grid");
-    Expect(mesh, slope, "mesh");
-    Expect(SingleParticles(), slope, "single particles");
+  for (const AnySlope& slope : RandomSlopes(20, 6)) {
+    for (const auto& [name, scene] : Scenes()) {
+      SCOPED_TRACE(name + ", angle " + std::to_string(slope.angle) + ", drop " +
+                   std::to_string(slope.drop_m));
+      EXPECT_LE(Way(scene, slope, 1.02), HeldWay(slope)) << "2 % below its limit";
+      if (slope.drop_m > 0) continue;
+      EXPECT_NEAR(SlideError(scene, slope), 0, kSlideTolerance) << "2 % above it";
+    }
+  }
+}
+
+class AnySlopesLong : public AnySlopes {};
+
+// Some metres from the origin of the cloth's frame rounding lets some go, and holds others for a
+// moment: told, and bounded at the origin alone, where about one of a thousand slides that lands in
+// two substeps (method.md, «Known and accepted»).
+TEST_P(AnySlopesLong, NearTheOriginAndAway) {
+  for (const double away_m : {0.0, 3.0, 20.0}) {
+    uint32_t count = 0, let_go = 0, slide_count = 0, held_up = 0;
+    for (AnySlope slope : RandomSlopes(77, 60)) {
+      slope.away_m = away_m;
+      for (const auto& [name, scene] : Scenes()) {
+        ++count;
+        let_go += Way(scene, slope, 1.02) > HeldWay(slope) ? 1 : 0;
+        if (slope.drop_m > 0) continue;
+        ++slide_count;
+        held_up += std::abs(SlideError(scene, slope)) > kSlideTolerance ? 1 : 0;
+      }
+    }
+    std::printf(
+        "[ MEASURED ] slopes, %s on %s, %.0f m from the origin: 2 %% below the limit %u of %u "
+        "slide, 2 %% above it %u of %u are off by more than 0.1 %%\n",
+        std::string(PresetName(preset())).c_str(), backend_name().c_str(), away_m, let_go, count,
+        held_up, slide_count);
+    if (away_m > 0 && backend_name() != "reference") continue;
+    EXPECT_LE(let_go, 1u);
+    EXPECT_EQ(held_up, 0u);
   }
 }
 
 DRAPE_PRESET_TEST_ON_EVERY_BACKEND(AnySlopes);
+DRAPE_PRESET_TEST_ON_EVERY_BACKEND(AnySlopesLong);
 
 DRAPE_PHYSICS_TEST_ON_EVERY_BACKEND(Slope);
 
