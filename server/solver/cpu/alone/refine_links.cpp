@@ -71,14 +71,18 @@ void RefineLinks(const StepContext& context) {
   Refinement& refinement = context.scratch.refinement;
   refinement.Begin(context.model);
   MarkStretchedLinks(context);
-  const auto move_ends = [&](const RefinedLink& link) { MoveEnds(context, link.place); };
+  const auto move = [&](std::span<const RefinedLink> links) {
+    for (unsigned sweep = 0; sweep < kRefineSweeps; ++sweep) {
+      for (const RefinedLink& link : links) MoveEnds(context, link.place);
+    }
+  };
   const auto stretched_in = [&](uint32_t place) -> uint32_t {
     const DistanceGroup& group = context.model.groups[place / kVec4Size];
     const uint32_t lane = place % kVec4Size;
     if (context.held.AreHeld(group.i[lane], group.j[lane])) return 0;
     return AreStretched(context, group)[lane] ? 1 : 0;
   };
-  const bool has_moved = refinement.Run(context.controls.plan.solver, move_ends, stretched_in);
+  const bool has_moved = refinement.Run(context.controls.plan.solver, move, stretched_in);
   if (has_moved) FindContactFloors(context);
 }
 

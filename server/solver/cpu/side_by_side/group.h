@@ -56,6 +56,7 @@ struct GroupScratch {
   SimdMemory right_sides;     // of the longest line of elastic elements
   SimdMemory held_hinges;     // [GroupImpulses::held]
   Refinement refinement;
+  SimdMemory mixed_links;           // of the refinement
   std::vector<FloatState> results;  // of each cloth
   // One per cloth. All have the same near colliders: those that any of the cloths can meet.
   std::vector<ColliderReach> reaches;

@@ -151,6 +151,7 @@ struct GroupContext {
             has_hinge_stages() ? model.particle_count : 0)),
         joint_impulses(scratch.joint_impulses.Reserve<VectorsCloths>(model.joints.size())),
         refinement(scratch.refinement),
+        mixed_links(scratch.mixed_links),
         contacts(scratch.contacts.Reserve<ClothContact>(model.particle_count * collider_count())),
         quiet_round_offs(scratch.quiet_round_offs.Reserve<VecCloths>(
             controls.plan.solver.has_quiet_links ? particle_count() : 0)),
@@ -234,6 +235,7 @@ struct GroupContext {
   VectorsCloths* const hinge_changes;
   VectorsCloths* const joint_impulses;
   Refinement& refinement;
+  SimdMemory& mixed_links;
   ClothContact* const contacts;  // [particle_count][collider_count]
   VecCloths* const quiet_round_offs;
   bool has_quiet_particles = false;  // any of them is not 0

@@ -13,6 +13,7 @@
 #include "server/solver/cpu/side_by_side/advance-inl.h"
 #include "server/solver/cpu/side_by_side/contacts-inl.h"
 #include "server/solver/cpu/side_by_side/path_pairs-inl.h"
+#include "server/solver/cpu/side_by_side/refine-inl.h"
 #include "server/solver/cpu/side_by_side/state-inl.h"
 #include "server/solver/cpu/step/strip_solve-inl.h"
 
@@ -271,67 +272,6 @@ MaskCloths ChooseSweep(const GroupContext& context) {
 MaskCloths SolveDistance(GroupContext& context) {
   Settle(context);
   return ChooseSweep<>(context);
-}
-
-// The cloths that do not hold both ends of a link or joint.
-MaskCloths IsLoose(const GroupContext& context, uint32_t i, uint32_t j) {
-  return context.InverseMass(i) + context.InverseMass(j) > SplatCloths(0);
-}
-
-// The cloths in which the link at this place exceeds the limits of the refinement (equation 32).
-MaskCloths IsStretched(const GroupContext& context, uint32_t place) {
-  const DistanceGroup& group = context.model.groups[place / kVec4Size];
-  const uint32_t k = place % kVec4Size;
-  const RefineLimits& limits = context.controls.refine_limits;
-  const float interval = context.substep.interval;
-  const ClothParticle& from = context.particles[group.i[k]];
-  const ClothParticle& to = context.particles[group.j[k]];
-  const VectorsCloths d = (to.p + to.u * interval) - (from.p + from.u * interval);
-  const VecCloths length_sq = Dot(d, d);
-  const float rest_length_sq = group.rest_length[k] * group.rest_length[k];
-  const MaskCloths is_stretched =
-      context.is_running & ((length_sq < SplatCloths(limits.min_sq * rest_length_sq)) |
-                            (length_sq > SplatCloths(limits.max_sq * rest_length_sq)));
-  if (!context.has_own_pins() || !IsAnyLaneSet(is_stretched)) return is_stretched;
-  return is_stretched & IsLoose(context, group.i[k], group.j[k]);
-}
-
-// Moves the ends of a link in some of the cloths so that it has its length at the end of the
-// substep.
-void MoveEnds(const GroupContext& context, const RefinedLink& link) {
-  const DistanceGroup& group = context.model.groups[link.place / kVec4Size];
-  const uint32_t k = link.place % kVec4Size;
-  ClothParticle& from = context.particles[group.i[k]];
-  ClothParticle& to = context.particles[group.j[k]];
-  const VectorsCloths d = (to.p - from.p) + (to.u - from.u) * context.substep.interval;
-  const VecCloths length = Sqrt(Dot(d, d));
-  const VectorsCloths n = Directions(d, length);
-  const VecCloths w_i = context.InverseMass(group.i[k]), w_j = context.InverseMass(group.j[k]);
-  const VecCloths sum = w_i + w_j, zero = SplatCloths(0);
-  const VecCloths move = Select(MaskOf(link.cloths) & (sum > zero),
-                                (length - SplatCloths(group.rest_length[k])) / sum, zero);
-  from.p = from.p + (w_i * move) * n;
-  to.p = to.p - (w_j * move) * n;
-}
-
-// Moves the links that exceed the limits after the strips, and the links at their ends, to their
-// lengths, one by one.
-void Refine(const GroupContext& context) {
-  if (!context.controls.Has(StepStage::kRefine)) return;
-  const FloatModel& model = context.model;
-  Refinement& refinement = context.refinement;
-  refinement.Begin(model);
-  for (const uint32_t place : model.constraint_places) {
-    const MaskCloths is_stretched = IsStretched(context, place);
-    if (IsAnyLaneSet(is_stretched)) [[unlikely]] {
-      refinement.Mark(place, BitsOf(is_stretched));
-    }
-  }
-  const auto move_ends = [&](const RefinedLink& link) { MoveEnds(context, link); };
-  const auto stretched_in = [&](uint32_t place) { return BitsOf(IsStretched(context, place)); };
-  if (refinement.Run(context.controls.plan.solver, move_ends, stretched_in)) {
-    FindContactFloors(context);
-  }
 }
 
 // What a joint does to those of its particles that are held.

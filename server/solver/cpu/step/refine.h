@@ -27,18 +27,16 @@ class Refinement {
   void Begin(const FloatModel& model);
   // The link at this place is stretched in these cloths, one bit each; not none.
   void Mark(uint32_t place, uint32_t cloths);
-  // Rounds until no link is stretched, within the limits of `solver`: move_ends(RefinedLink) of all
-  // links at the ends of those that are, kRefineSweeps times in order of the colours; then another
-  // look, stretched_in(place), at those whose ends may have been moved: the others are as they
-  // were. Returns whether any were moved.
-  template <class MoveEnds, class StretchedIn>
-  bool Run(const SolverChoice& solver, const MoveEnds& move_ends, const StretchedIn& stretched_in) {
+  // Rounds until no link is stretched, within the limits of `solver`: move(links) moves all links
+  // at the ends of those that are, kRefineSweeps times in order of the colours; then another look,
+  // stretched_in(place), at those whose ends may have been moved: the others are as they were.
+  // Returns whether any were moved.
+  template <class Move, class StretchedIn>
+  bool Run(const SolverChoice& solver, const Move& move, const StretchedIn& stretched_in) {
     for (uint32_t round = 0; round < solver.refine_rounds; ++round) {
       const std::span<const RefinedLink> links = TakeLinks();
       if (links.empty()) return round > 0;
-      for (unsigned sweep = 0; sweep < kRefineSweeps; ++sweep) {
-        for (const RefinedLink& link : links) move_ends(link);
-      }
+      move(links);
       if (round + 1 == solver.refine_rounds) break;
       const uint32_t going_on = ClothsGoingOn(links, solver.refine_solves);
       for (const auto& [place, cloths] : links) MarkSome(place, cloths & going_on);
