@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <map>
 #include <memory>
 #include <random>
 #include <string>
@@ -62,6 +63,27 @@ class SurfaceContact : public PhysicsTest {
     scene.parameters.damping_per_s = 2;
     SetSurface(scene);
     return scene;
+  }
+  // The largest second difference of a particle's places in a second, 12 s after the sheet was let
+  // go.
+  double Tremble_m(const Collider& below) {
+    Scene scene = Coarse(below);
+    const ClothHandle cloth = Make(scene);
+    StepAlone(backend(), cloth, scene, 720);
+    std::vector<Vector3d> before = ReadState(backend(), cloth).positions_m;
+    StepAlone(backend(), cloth, scene);
+    std::vector<Vector3d> now = ReadState(backend(), cloth).positions_m;
+    double tremble_m = 0;
+    for (int k = 0; k < 60; ++k) {
+      StepAlone(backend(), cloth, scene);
+      std::vector<Vector3d> next = ReadState(backend(), cloth).positions_m;
+      for (size_t i = 0; i < next.size(); ++i) {
+        tremble_m = std::max(tremble_m, (next[i] - 2 * now[i] + before[i]).norm());
+      }
+      before = std::move(now);
+      now = std::move(next);
+    }
+    return tremble_m;
   }
 };
 
@@ -293,39 +315,47 @@ TEST_P(SurfaceContact, EnergyDoesNotGrow) {
   }
 }
 
-// Damped, it comes to rest within the bar of rest_test, 0.05 mm per frame^2, on these colliders:
-// over the corners of other tables most sheets tremble yet. On `reference` a sheet on a ball or a
-// rim keeps slipping here and there, each time by what its planes turn, up to twice as far
-// (surface_contact/README.md).
+// Damped, it comes to rest within the bar of rest_test, 0.05 mm per frame^2, on these colliders. On
+// `reference` a sheet on a ball or a rim does not yet: it keeps slipping here and there, each time
+// by what its planes turn, up to twice as far (surface_contact/README.md).
 TEST_P(SurfaceContact, ComesToRest) {
   std::mt19937 random(11);
   for (const NamedCollider& below : CollidersBelow(random)) {
-    // What friction alone holds may creep and slide off; the flaps around a corner that points up
-    // hang free.
-    if (below.name == "bar" || below.name == "peg" || below.name == "corner") continue;
-    if (below.name == "roller") continue;
-    Scene scene = Coarse(below.collider);
-    const ClothHandle cloth = Make(scene);
-    StepAlone(backend(), cloth, scene, 720);
-    std::vector<Vector3d> before = ReadState(backend(), cloth).positions_m;
-    StepAlone(backend(), cloth, scene);
-    std::vector<Vector3d> now = ReadState(backend(), cloth).positions_m;
-    double tremble = 0;
-    for (int k = 0; k < 60; ++k) {
-      StepAlone(backend(), cloth, scene);
-      std::vector<Vector3d> next = ReadState(backend(), cloth).positions_m;
-      for (size_t i = 0; i < next.size(); ++i) {
-        tremble = std::max(tremble, (next[i] - 2 * now[i] + before[i]).norm());
-      }
-      before = std::move(now);
-      now = std::move(next);
-    }
-    std::printf("[ MEASURED ] rest on a %s on %s: %.4f mm, %.4f mm deep\n", below.name.c_str(),
-                backend_name().c_str(), 1e3 * tremble,
-                1e3 * DepthOf(scene, ReadState(backend(), cloth)));
+    // What friction alone holds may creep and slide off.
+    if (below.name == "bar" || below.name == "peg" || below.name == "roller") continue;
+    const double tremble_m = Tremble_m(below.collider);
+    std::printf("[ MEASURED ] rest on a %s on %s: %.4f mm\n", below.name.c_str(),
+                backend_name().c_str(), 1e3 * tremble_m);
     const bool is_known =
         backend_name() == "reference" && (below.name == "ball" || below.name == "rim");
-    EXPECT_LE(tremble, is_known ? 1e-4 : 5e-5) << below.name;
+    EXPECT_LE(tremble_m, is_known ? 1e-4 : 5e-5) << below.name;
+  }
+}
+
+class SurfaceContactLong : public SurfaceContact {};
+
+// Over the edges and corners of boxes turned and moved at random most sheets rest, and none flaps:
+// those that do not slip now and then.
+TEST_P(SurfaceContactLong, MostSheetsRestOverEdgesAndCorners) {
+  constexpr int kSeeds = 12;
+  std::map<std::string, std::vector<double>> trembles_m;
+  for (unsigned seed = 11; seed < 11 + kSeeds; ++seed) {
+    std::mt19937 random(seed);
+    for (const NamedCollider& below : CollidersBelow(random)) {
+      if (below.name != "table" && below.name != "corner" && below.name != "ridge") continue;
+      trembles_m[below.name].push_back(Tremble_m(below.collider));
+    }
+  }
+  for (auto& [name, all] : trembles_m) {
+    std::ranges::sort(all);
+    const auto over = std::ranges::count_if(all, [](double tremble) { return tremble > 5e-5; });
+    std::printf(
+        "[ MEASURED ] rest on a %s on %s: %d of %d over 0.05 mm, median %.3f, largest %.3f\n",
+        name.c_str(), backend_name().c_str(), static_cast<int>(over), kSeeds, 1e3 * all[kSeeds / 2],
+        1e3 * all.back());
+    EXPECT_LE(over, kSeeds / 3) << name;
+    EXPECT_LE(all[kSeeds / 2], 5e-5) << name;
+    EXPECT_LE(all.back(), 1e-3) << name;
   }
 }
 
@@ -350,6 +380,8 @@ TEST_P(SurfaceContact, InABatchHasTheSameBits) {
   }
 }
 
+INSTANTIATE_TEST_SUITE_P(Backends, SurfaceContactLong, ::testing::ValuesIn(OwnBackendNames()),
+                         [](const auto& case_info) { return std::string(case_info.param); });
 INSTANTIATE_TEST_SUITE_P(Backends, SurfaceContact, ::testing::ValuesIn(OwnBackendNames()),
                          [](const auto& case_info) { return std::string(case_info.param); });
 

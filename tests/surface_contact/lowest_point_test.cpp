@@ -8,6 +8,7 @@
 #include <cmath>
 #include <limits>
 #include <string>
+#include <vector>
 
 #include "tests/surface_contact/random_solids.h"
 
@@ -172,6 +173,77 @@ TYPED_TEST(LowestPointTest, OfATriangleMovedByItsGapTouches) {
   }
   EXPECT_GT(inside, 100);
   EXPECT_GT(deep, 20);
+}
+
+// A triangle across the edge of a box, which ends in a corner under it: whether it tilts a little
+// to one side or to the other, there is a plane at that corner.
+TYPED_TEST(LowestPointTest, ATriangleThatTiltsOverAnEdgeHasTheCorner) {
+  RandomSolids random(5);
+  std::vector<TypeParam> corners_of_solid;
+  for (int k = 0; k < 100; ++k) {
+    const Eigen::Quaterniond turn = random.Rotation();
+    const Eigen::Vector3d half(0.1, 0.15, 0.2), centre = random.Point(0.2);
+    const Solid<TypeParam> solid(BoxAt(centre, half, turn), kThickness_m);
+    const Eigen::Vector3d corner = centre + turn * half;
+    for (const double slope : {-0.05, -0.01, 0.01, 0.05}) {
+      const Eigen::Vector3d n =
+          turn * Eigen::Vector3d(1, random.Between(0.5, 2), slope).normalized();
+      const double gap = random.Between(-0.001, 0.004);
+      const Eigen::Vector3d along = n.unitOrthogonal(), across = n.cross(along);
+      const Eigen::Vector3d foot = corner + (gap + kThickness_m) * n;
+      const double u = random.Between(0.02, 0.04), v = random.Between(0.02, 0.04);
+      const std::array<TypeParam, 3> corners{ToVector<TypeParam>(foot - u * along - v * across),
+                                             ToVector<TypeParam>(foot + 2 * u * along),
+                                             ToVector<TypeParam>(foot - u * along + v * across)};
+      LowestPoint<TypeParam> lowest = LowestOnTriangle<TypeParam>(solid, corners, kLeast_m);
+      SCOPED_TRACE(std::to_string(k) + " " + std::to_string(slope));
+      EXPECT_EQ(lowest.is_inside, slope > 0);
+      if (!lowest.is_inside) {
+        EXPECT_LE(lowest.gap, gap + this->kRounding_m) << "nothing is nearer";
+        lowest = LowestCornerUnder<TypeParam>(solid, corners, lowest.normal, corners_of_solid);
+      }
+      ASSERT_TRUE(lowest.is_inside);
+      EXPECT_NEAR(lowest.gap, gap, 10 * this->kRounding_m);
+      EXPECT_NEAR((FromVector(lowest.normal) - n).norm(), 0, 10 * this->kRounding_m);
+      EXPECT_NEAR(lowest.weights[1], 1.0 / 3, 100 * this->kRounding_m);
+    }
+  }
+}
+
+// An edge from above a face to beyond its end: that comes down next, where it leaves the face,
+// whether the edge rises a little or not. The box is behind the plane.
+TYPED_TEST(LowestPointTest, AnEdgeThatRisesALittleLeavesItsFaceThere) {
+  RandomSolids random(6);
+  for (int k = 0; k < 100; ++k) {
+    const Eigen::Quaterniond turn = random.Rotation();
+    const Eigen::Vector3d half(0.2, 0.1, 0.2), centre = random.Point(0.2);
+    const Solid<TypeParam> solid(BoxAt(centre, half, turn), kThickness_m);
+    const double height = random.Between(0, 0.002), length = random.Between(0.25, 0.35);
+    for (const double slope : {-0.04, 0.0, 0.04, 0.5}) {
+      const auto place = [&](double x) {
+        return Eigen::Vector3d(
+            centre + turn * Eigen::Vector3d(x, 0.1 + kThickness_m + height + slope * x, 0));
+      };
+      const TypeParam a = ToVector<TypeParam>(place(0)), b = ToVector<TypeParam>(place(length));
+      SCOPED_TRACE(std::to_string(k) + " " + std::to_string(slope));
+      LowestPoint<TypeParam> lowest = LowestOnEdge<TypeParam>(solid, a, b, kLeast_m);
+      EXPECT_EQ(lowest.is_inside, slope < 0);
+      if (!lowest.is_inside) lowest = NextOnEdge<TypeParam>(solid, a, b, kLeast_m);
+      ASSERT_EQ(lowest.is_inside, slope < 0.1);
+      if (!lowest.is_inside) continue;
+      // Beyond the face the distance rounds off, over some times the thickness.
+      EXPECT_NEAR(lowest.weights[1] * length, half.x(), 2 * kThickness_m);
+      EXPECT_NEAR(lowest.gap, height + slope * half.x(), 2 * kThickness_m * kNearlyLevel);
+      const Eigen::Vector3d n = FromVector(lowest.normal);
+      const double level = n.dot(place(lowest.weights[1] * length)) - lowest.gap;
+      for (int corner = 0; corner < 8; ++corner) {
+        const Eigen::Vector3d local((corner & 1) != 0 ? half.x() : -half.x(),
+                                    (corner & 2) != 0 ? half.y() : -half.y(),
+                                    (corner & 4) != 0 ? half.z() : -half.z());
+        EXPECT_LE(n.dot(centre + turn * local) + kThickness_m, level + 2 * kLeast_m);
+      }
+    }
+  }
 }
 
 // Above a face nothing is lowest inside until a corner has used up the room.

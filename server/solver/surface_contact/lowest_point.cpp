@@ -64,14 +64,15 @@ template <class V>
 struct Wedge {
   using Real = ScalarOf<V>;
 
-  // `offset`: around a core whose edges are sharp.
-  Wedge(const Tangent<V>& low, const Tangent<V>& high, Real offset) {
+  // `offset`: around a core whose edges are sharp. `tilt`: the slope that the edge has along the
+  // normal instead of none.
+  Wedge(const Tangent<V>& low, const Tangent<V>& high, Real offset, Real tilt) {
     const Real difference = low.slope - high.slope;  // < 0
     place = std::clamp(
         (high.at.gap - low.at.gap + low.slope * low.place - high.slope * high.place) / difference,
         low.place, high.place);
     height = low.at.gap + low.slope * (place - low.place);
-    const Real share = -high.slope / difference;
+    const Real share = (tilt - high.slope) / difference;
     const V mean = share * low.at.normal + (1 - share) * high.at.normal;
     const Real length = Length(mean);
     is_across = length > static_cast<Real>(kLeastMean);
@@ -87,27 +88,29 @@ struct Wedge {
   Real gap = std::numeric_limits<Real>::lowest();  // of the edge along the normal [m]
 };
 
-// The distance is convex along the edge, and falls inwards at both ends.
+// The distance is convex along the edge, and falls inwards at both ends, less a tilt: that is added
+// to it from the first end to the other [m].
 template <class V>
 LowestPoint<V> LowestByTangents(const Solid<V>& solid, const V& a, const V& d, Tangent<V> low,
-                                Tangent<V> high, ScalarOf<V> least) {
+                                Tangent<V> high, ScalarOf<V> least, ScalarOf<V> tilt = 0) {
   using Real = ScalarOf<V>;
-  const Real lower_end = std::min(low.at.gap, high.at.gap);
+  const Real lower_end = std::min(low.at.gap - tilt * low.place, high.at.gap - tilt * high.place);
   const Real exactness = static_cast<Real>(kExactness) * least;
   for (int k = 0;; ++k) {
-    const Wedge<V> wedge(low, high, solid.offset());
-    if (wedge.height > lower_end - least) return {.gap = lower_end - least};
+    const Wedge<V> wedge(low, high, solid.offset(), tilt);
+    if (wedge.height - tilt * wedge.place > lower_end - least) return {.gap = lower_end - least};
     // Between round solids and far from edges the slope is nearly linear, at edges it jumps.
-    const Real secant = low.place + low.slope / (low.slope - high.slope) * (high.place - low.place);
+    const Real secant =
+        low.place + (low.slope - tilt) / (low.slope - high.slope) * (high.place - low.place);
     const bool is_jump = k % 2 == 0;
     const Tangent<V> next = TangentAt(solid, a, d, is_jump ? wedge.place : secant);
     const bool is_exact = next.at.gap - std::max(wedge.height, wedge.gap) <= exactness;
-    if (next.slope == 0) return OnEdge(next.place, next.at.normal, next.at.gap);
+    if (next.slope == tilt) return OnEdge(next.place, next.at.normal, next.at.gap);
     if (is_exact || k == kMostTries || !(low.place < next.place && next.place < high.place)) {
       if (!wedge.is_across) return {.gap = wedge.height};
       return OnEdge(wedge.place, wedge.normal, wedge.gap);
     }
-    (next.slope < 0 ? low : high) = next;
+    (next.slope < tilt ? low : high) = next;
   }
 }
 
@@ -198,6 +201,15 @@ bool AreInside(const std::array<ScalarOf<V>, 3>& weights, double least) {
   return weights[0] > its && weights[1] > its && weights[2] > its;
 }
 
+// The nearest weights, nearly, of which none is negative.
+template <class Real>
+std::array<Real, 3> WithoutNegatives(std::array<Real, 3> weights) {
+  Real sum = 0;
+  for (Real& weight : weights) sum += weight = std::max(weight, Real{0});
+  for (Real& weight : weights) weight /= sum;
+  return weights;
+}
+
 template <class V>
 V PointOf(const std::array<V, 3>& corners, const std::array<ScalarOf<V>, 3>& weights) {
   return corners[0] + weights[1] * (corners[1] - corners[0]) +
@@ -278,16 +290,43 @@ static LowestPoint<V> LowestBetween(const Solid<V>& solid, const V& a, const V& 
   return none;
 }
 
-template <class V>
-LowestPoint<V> LowestOnEdge(const Solid<V>& solid, const V& a, const V& b, ScalarOf<V> least) {
+// find(a, b): of an edge that goes on beyond its ends.
+template <class V, class Find>
+LowestPoint<V> OnLongerEdge(const V& a, const V& b, const Find& find) {
   using Real = ScalarOf<V>;
   const V beyond = static_cast<Real>(kOverlap) * (b - a);
-  LowestPoint<V> lowest = LowestBetween(solid, V(a - beyond), V(b + beyond), least);
+  LowestPoint<V> lowest = find(V(a - beyond), V(b + beyond));
   const Real place = Clamped(lowest.weights[1] * static_cast<Real>(1 + 2 * kOverlap) -
                              static_cast<Real>(kOverlap));
   lowest.weights[0] = 1 - place;
   lowest.weights[1] = place;
   return lowest;
+}
+
+template <class V>
+LowestPoint<V> LowestOnEdge(const Solid<V>& solid, const V& a, const V& b, ScalarOf<V> least) {
+  return OnLongerEdge(a, b, [&](const V& longer_a, const V& longer_b) {
+    return LowestBetween(solid, longer_a, longer_b, least);
+  });
+}
+
+template <class V>
+LowestPoint<V> NextOnEdge(const Solid<V>& solid, const V& a, const V& b, ScalarOf<V> least) {
+  using Real = ScalarOf<V>;
+  return OnLongerEdge(a, b, [&](const V& longer_a, const V& longer_b) -> LowestPoint<V> {
+    const V d = longer_b - longer_a;
+    const Tangent<V> low = TangentAt(solid, longer_a, d, 0);
+    const Tangent<V> high = TangentAt(solid, longer_a, d, 1);
+    const Real level = static_cast<Real>(kNearlyLevel) * Length(d);
+    // The end that is nearly level, tilted by half of what still counts as that.
+    if (std::abs(low.slope) < level && high.slope > low.slope + level) {
+      return LowestByTangents(solid, longer_a, d, low, high, least, low.slope + level / 2);
+    }
+    if (std::abs(high.slope) < level && low.slope < high.slope - level) {
+      return LowestByTangents(solid, longer_a, d, low, high, least, high.slope - level / 2);
+    }
+    return {};
+  });
 }
 
 // The normal is that of the triangle, on one side or the other, and the point that of the solid
@@ -327,9 +366,24 @@ LowestPoint<V> LowestOnTriangle(const Solid<V>& solid, const std::array<V, 3>& c
     const Real distance = std::abs(lowest.gap) + solid.offset();
     lowest.room = outside / (2 + 2 * distance / least_height);
   }
-  Real sum = 0;
-  for (Real& weight : lowest.weights) sum += weight = std::max(weight, Real{0});
-  for (Real& weight : lowest.weights) weight /= sum;
+  lowest.weights = WithoutNegatives(lowest.weights);
+  return lowest;
+}
+
+template <class V>
+LowestPoint<V> LowestCornerUnder(const Solid<V>& solid, const std::array<V, 3>& corners,
+                                 const V& normal, std::vector<V>& corners_of_solid) {
+  corners_of_solid.clear();
+  solid.AddNearlyFarthest(normal, corners_of_solid);
+  LowestPoint<V> lowest;
+  for (const V& corner : corners_of_solid) {
+    const auto weights = WeightsAt(corners, corner);
+    if (!AreInside<V>(weights, -kOverlap)) continue;
+    const auto gap = Dot(normal, V(corners[0] - corner)) - solid.offset();
+    if (lowest.is_inside && gap >= lowest.gap) continue;
+    lowest = {
+        .is_inside = true, .weights = WithoutNegatives(weights), .normal = normal, .gap = gap};
+  }
   return lowest;
 }
 
@@ -384,6 +438,9 @@ bool MeetsEdge(const Solid<V>& solid, const std::array<V, 2>& starts, const std:
 #define DRAPE_LOWEST(V)                                                                            \
   template LowestPoint<V> LowestOnEdge(const Solid<V>&, const V&, const V&, ScalarOf<V>);          \
   template LowestPoint<V> LowestOnTriangle(const Solid<V>&, const std::array<V, 3>&, ScalarOf<V>); \
+  template LowestPoint<V> NextOnEdge(const Solid<V>&, const V&, const V&, ScalarOf<V>);            \
+  template LowestPoint<V> LowestCornerUnder(const Solid<V>&, const std::array<V, 3>&, const V&,    \
+                                            std::vector<V>&);                                      \
   template bool Meets(const Solid<V>&, const V&, const V&, V&, V&);                                \
   template bool MeetsEdge(const Solid<V>&, const std::array<V, 2>&, const std::array<V, 2>&,       \
                           ScalarOf<V>, LowestPoint<V>&)

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <vector>
 
 #include "server/solver/surface_contact/solid.h"
 
@@ -30,6 +31,19 @@ LowestPoint<V> LowestOnEdge(const Solid<V>& solid, const V& a, const V& b, Scala
 template <class V>
 LowestPoint<V> LowestOnTriangle(const Solid<V>& solid, const std::array<V, 3>& corners,
                                 ScalarOf<V> least);
+
+// Where an edge whose lowest point is an end that lies nearly level on a face of the solid leaves
+// that face: it comes down there next. Of a box or cylinder.
+template <class V>
+LowestPoint<V> NextOnEdge(const Solid<V>& solid, const V& a, const V& b, ScalarOf<V> least);
+
+// The corner of a box or cylinder that is under the triangle and nearest along its normal, if the
+// farthest point along it is not under the triangle: what tilts about an edge of the solid, which
+// its own edges lie on, comes down on that corner next. `normal`: that of LowestOnTriangle;
+// `corners_of_solid`: working memory.
+template <class V>
+LowestPoint<V> LowestCornerUnder(const Solid<V>& solid, const std::array<V, 3>& corners,
+                                 const V& normal, std::vector<V>& corners_of_solid);
 
 // Of a point that goes from a to b: the gap where it first meets the surface is 0, with that normal
 // there. False: it does not, or starts inside.
@@ -60,6 +74,9 @@ inline constexpr double kOverlap = 0.005;
   extern template LowestPoint<V> LowestOnEdge(const Solid<V>&, const V&, const V&, ScalarOf<V>); \
   extern template LowestPoint<V> LowestOnTriangle(const Solid<V>&, const std::array<V, 3>&,      \
                                                   ScalarOf<V>);                                  \
+  extern template LowestPoint<V> NextOnEdge(const Solid<V>&, const V&, const V&, ScalarOf<V>);   \
+  extern template LowestPoint<V> LowestCornerUnder(const Solid<V>&, const std::array<V, 3>&,     \
+                                                   const V&, std::vector<V>&);                   \
   extern template bool Meets(const Solid<V>&, const V&, const V&, V&, V&);                       \
   extern template bool MeetsEdge(const Solid<V>&, const std::array<V, 2>&,                       \
                                  const std::array<V, 2>&, ScalarOf<V>, LowestPoint<V>&)

@@ -159,6 +159,31 @@ V Solid<V>::Farthest(const V& n) const {
 }
 
 template <class V>
+void Solid<V>::AddNearlyFarthest(const V& n, std::vector<V>& points) const {
+  const auto level = static_cast<Real>(kNearlyLevel);
+  if (kind_ == ShapeKind::kBox) {
+    for (uint32_t corner = 0; corner < 8; ++corner) {
+      V local{};
+      bool is_far = true;
+      for (int k = 0; k < 3; ++k) {
+        const Real side = (corner >> k & 1) != 0 ? 1 : -1;
+        is_far &= side * Dot(axes_[static_cast<size_t>(k)], n) > -level;
+        local[k] = side * vector_[k];
+      }
+      if (is_far) points.push_back(point_ + FromLocal(local));
+    }
+  } else if (kind_ == ShapeKind::kCylinder) {
+    const V& axis = axes_[0];
+    const Real along = Dot(axis, n);
+    if (std::abs(along) > level) return;
+    const V across = n - along * axis;
+    const V middle = point_ + (radius_ / Length(across)) * across;
+    points.push_back(middle - half_length_ * axis);
+    points.push_back(middle + half_length_ * axis);
+  }
+}
+
+template <class V>
 ScalarOf<V> Solid<V>::RoomAboveFace(std::span<const V> points) const {
   if (kind_ == ShapeKind::kBox) {
     int face = -1;

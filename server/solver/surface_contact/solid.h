@@ -3,6 +3,7 @@
 
 #include <array>
 #include <memory>
+#include <vector>
 
 #include "server/scene/colliders.h"
 #include "server/solver/self_contact/vectors.h"
@@ -42,6 +43,9 @@ class Solid {
   // Of a convex one: the point of what has `offset` around it that is farthest along the unit
   // vector n. Where a whole edge or face is, to kLevelSlope, it changes smoothly with n.
   V Farthest(const V& n) const;
+  // Appends the corners of a box, or the ends of a cylinder's side, that are as far along it as the
+  // farthest point, but for the slope kNearlyLevel of what leads there; other shapes have none.
+  void AddNearlyFarthest(const V& n, std::vector<V>& points) const;
   // How far points above the same face, both where they are, may move and still be above it [m];
   // 0: they are not.
   Real RoomAboveFace(std::span<const V> points) const;
@@ -71,6 +75,11 @@ class Solid {
 // there are none, by that share of their lengths; smaller: rounding throws the point of support
 // from one end to the other.
 inline constexpr double kLevelSlope = 1e-3;
+
+// Corners at the other end of an edge or face that is this level count beside the farthest one [-].
+// Larger: more that are beneath a triangle are tried; smaller: what tilts farther within some
+// substeps comes down on a corner that nothing has foreseen.
+inline constexpr double kNearlyLevel = 0.1;
 
 extern template class Solid<self_contact::Vector3f>;
 extern template class Solid<self_contact::Vector3d>;

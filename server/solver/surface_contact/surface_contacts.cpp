@@ -118,15 +118,30 @@ void SurfaceContacts<V>::Look(SolidState& solid, size_t index, std::span<const V
   Activate(contact, positions, velocities);
 }
 
+// What is lowest inside, or what comes down on the solid next if that is near: found when it has,
+// it would be deep at once, and what pushes it out gives it energy, step after step.
+template <class V>
+LowestPoint<V> SurfaceContacts<V>::LowestOf(const SolidState& solid, uint32_t count,
+                                            const std::array<V, 3>& places) {
+  const Solid<V>& shape = solid.placed.solid();
+  const LowestPoint<V> lowest = count == 2 ? LowestOnEdge(shape, places[0], places[1], least_dip_)
+                                           : LowestOnTriangle(shape, places, least_dip_);
+  const bool has_edges = shape.kind() == ShapeKind::kBox || shape.kind() == ShapeKind::kCylinder;
+  if (!has_edges || lowest.is_inside || lowest.room > 0 || lowest.gap > solid.expected) {
+    return lowest;
+  }
+  const LowestPoint<V> next =
+      count == 2 ? NextOnEdge(shape, places[0], places[1], least_dip_)
+                 : LowestCornerUnder(shape, places, lowest.normal, corners_of_solid_);
+  return next.is_inside && next.gap <= solid.expected ? next : lowest;
+}
+
 // False: it is not lowest inside; then it is known when to look again.
 template <class V>
-bool SurfaceContacts<V>::FindPlane(SolidState& solid, size_t index, std::span<const V> described) {
+bool SurfaceContacts<V>::FindPlane(SolidState& solid, size_t index,
+                                   const std::array<V, 3>& described) {
   Contact& contact = solid.candidates[index];
-  const Solid<V>& shape = solid.placed.solid();
-  const LowestPoint<V> lowest =
-      contact.count == 2
-          ? LowestOnEdge(shape, described[0], described[1], least_dip_)
-          : LowestOnTriangle<V>(shape, {described[0], described[1], described[2]}, least_dip_);
+  const LowestPoint<V> lowest = LowestOf(solid, contact.count, described);
   contact.has_plane = lowest.is_inside;
   if (!lowest.is_inside) {
     const Real free = std::max(lowest.room, lowest.gap);

@@ -138,7 +138,8 @@ class SurfaceContacts {
   bool FindMeetingOfEdge(Contact& contact, const V* base, const V* u, Real interval) const;
   void Look(SolidState& solid, size_t index, std::span<const V> positions,
             std::span<const V> velocities);
-  bool FindPlane(SolidState& solid, size_t index, std::span<const V> described);
+  LowestPoint<V> LowestOf(const SolidState& solid, uint32_t count, const std::array<V, 3>& places);
+  bool FindPlane(SolidState& solid, size_t index, const std::array<V, 3>& described);
   void Activate(Contact& contact, std::span<const V> positions, std::span<const V> velocities);
   void SetUp(Contact& contact, const V& place) const;
   bool SolveOne(Contact& contact, const V* base, V* u, Real interval, Real least_change);
@@ -166,6 +167,7 @@ class SurfaceContacts {
   // Of a search.
   std::vector<Gap<V>> gaps_;
   std::vector<V> described_;
+  std::vector<V> corners_of_solid_;  // LowestCornerUnder
 };
 
 extern template class SurfaceContacts<self_contact::Vector3f>;
