@@ -125,7 +125,9 @@ void MeasureScenes(Bench& bench, const AccuracyOptions& options) {
   std::vector<Method> own;
   for (const std::string& text : options.methods) own.push_back(ParseMethod(text));
   const std::vector<AccuracyScene> scenes = ChosenScenes(options, bench.is_quick());
-  const PlayLimits limits = bench.is_quick() ? PlayLimits{1, 0.05, 60} : options.limits;
+  const PlayLimits limits = bench.is_quick()
+                                ? PlayLimits{1, 0.05, std::max(60.0, options.limits.play_s)}
+                                : options.limits;
   Table table = bench.OpenTable("accuracy", kColumns);
   Table references = bench.OpenTable("accuracy_references", {"scene", "solver", "time_s", "step_s",
                                                              "change_m", "error_m", "took_s"});
