@@ -365,6 +365,12 @@ LowestPoint<V> LowestOnTriangle(const Solid<V>& solid, const std::array<V, 3>& c
     }
     const Real distance = std::abs(lowest.gap) + solid.offset();
     lowest.room = outside / (2 + 2 * distance / least_height);
+    // Where the axis is level the farthest end becomes the other one.
+    const Real length = Length(solid.segment());
+    if (solid.kind() == ShapeKind::kCapsule && length > 0) {
+      const Real tilt = std::abs(Dot(solid.segment(), lowest.normal)) / length;
+      lowest.room = std::min(lowest.room, tilt * least_height / 2);
+    }
   }
   lowest.weights = WithoutNegatives(lowest.weights);
   return lowest;
@@ -375,10 +381,11 @@ LowestPoint<V> LowestCornerUnder(const Solid<V>& solid, const std::array<V, 3>& 
                                  const V& normal, std::vector<V>& corners_of_solid) {
   corners_of_solid.clear();
   solid.AddNearlyFarthest(normal, corners_of_solid);
+  const double least_weight = solid.kind() == ShapeKind::kCapsule ? kLeastWeight : -kOverlap;
   LowestPoint<V> lowest;
   for (const V& corner : corners_of_solid) {
     const auto weights = WeightsAt(corners, corner);
-    if (!AreInside<V>(weights, -kOverlap)) continue;
+    if (!AreInside<V>(weights, least_weight)) continue;
     const auto gap = Dot(normal, V(corners[0] - corner)) - solid.offset();
     if (lowest.is_inside && gap >= lowest.gap) continue;
     lowest = {

@@ -37,10 +37,10 @@ LowestPoint<V> LowestOnTriangle(const Solid<V>& solid, const std::array<V, 3>& c
 template <class V>
 LowestPoint<V> NextOnEdge(const Solid<V>& solid, const V& a, const V& b, ScalarOf<V> least);
 
-// The corner of a box or cylinder that is under the triangle and nearest along its normal, if the
-// farthest point along it is not under the triangle: what tilts about an edge of the solid, which
-// its own edges lie on, comes down on that corner next. `normal`: that of LowestOnTriangle;
-// `corners_of_solid`: working memory.
+// The corner of a box or cylinder, or the end of a capsule, that is under the triangle and nearest
+// along its normal, if the farthest point along it is not under the triangle: what tilts about an
+// edge of the solid, which its own edges lie on, comes down on that corner next. `normal`: that of
+// LowestOnTriangle; `corners_of_solid`: working memory.
 template <class V>
 LowestPoint<V> LowestCornerUnder(const Solid<V>& solid, const std::array<V, 3>& corners,
                                  const V& normal, std::vector<V>& corners_of_solid);

@@ -172,6 +172,11 @@ void Solid<V>::AddNearlyFarthest(const V& n, std::vector<V>& points) const {
       }
       if (is_far) points.push_back(point_ + FromLocal(local));
     }
+  } else if (kind_ == ShapeKind::kCapsule) {
+    const Real length = Length(vector_);
+    if (!(std::abs(Dot(vector_, n)) < level * length)) return;
+    points.push_back(point_);
+    points.push_back(point_ + vector_);
   } else if (kind_ == ShapeKind::kCylinder) {
     const V& axis = axes_[0];
     const Real along = Dot(axis, n);

@@ -43,8 +43,9 @@ class Solid {
   // Of a convex one: the point of what has `offset` around it that is farthest along the unit
   // vector n. Where a whole edge or face is, to kLevelSlope, it changes smoothly with n.
   V Farthest(const V& n) const;
-  // Appends the corners of a box, or the ends of a cylinder's side, that are as far along it as the
-  // farthest point, but for the slope kNearlyLevel of what leads there; other shapes have none.
+  // Appends the corners of a box, or the ends of a cylinder's side or a capsule's axis, that are as
+  // far along it as the farthest point, but for the slope kNearlyLevel of what leads there; other
+  // shapes have none.
   void AddNearlyFarthest(const V& n, std::vector<V>& points) const;
   // How far points above the same face, both where they are, may move and still be above it [m];
   // 0: they are not.

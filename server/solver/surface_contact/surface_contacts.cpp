@@ -127,9 +127,9 @@ LowestPoint<V> SurfaceContacts<V>::LowestOf(const SolidState& solid, uint32_t co
   const LowestPoint<V> lowest = count == 2 ? LowestOnEdge(shape, places[0], places[1], least_dip_)
                                            : LowestOnTriangle(shape, places, least_dip_);
   const bool has_edges = shape.kind() == ShapeKind::kBox || shape.kind() == ShapeKind::kCylinder;
-  if (!has_edges || lowest.is_inside || lowest.room > 0 || lowest.gap > solid.expected) {
-    return lowest;
-  }
+  const bool has_ends = shape.kind() == ShapeKind::kCapsule && count == 3;
+  if (lowest.is_inside || lowest.gap > solid.expected) return lowest;
+  if (!has_ends && (!has_edges || lowest.room > 0)) return lowest;
   const LowestPoint<V> next =
       count == 2 ? NextOnEdge(shape, places[0], places[1], least_dip_)
                  : LowestCornerUnder(shape, places, lowest.normal, corners_of_solid_);
