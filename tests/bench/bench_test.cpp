@@ -154,6 +154,17 @@ TEST_F(BenchTest, APartOfSpeedAndASettingOfOnesOwn) {
   EXPECT_THAT(unknown.text, HasSubstr("weather"));
 }
 
+TEST_F(BenchTest, ADifferenceAloneAndOneThatIsUnknownLosesNothing) {
+  const Ending ending = Bench("speed --parts=unlike --difference='two grips each'");
+  ASSERT_EQ(ending.exit_status, 0) << ending.text;
+  EXPECT_EQ(RowCount(out_ / "speed_unlike.csv"), 1);
+  const Ending unknown = Bench("speed --parts=unlike --difference=weather");
+  EXPECT_NE(unknown.exit_status, 0);
+  EXPECT_THAT(unknown.text, HasSubstr("'weather' is none of"));
+  EXPECT_THAT(unknown.text, HasSubstr("impulses of two grips each"));
+  EXPECT_EQ(RowCount(out_ / "speed_unlike.csv"), 1);
+}
+
 TEST_F(BenchTest, LocalSizesInTurn) {
   const Ending ending = Bench("speed --parts=local_sizes --backends=gl");
   ASSERT_EQ(ending.exit_status, 0) << ending.text;

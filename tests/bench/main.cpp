@@ -134,6 +134,8 @@ void AddSpeed(CLI::App& app, CommandLine& line) {
   speed->add_option(
       "--method", options.curve.methods,
       "another setting of the curve, \"NAME: substeps=16 sweep=COLOURS\"; may be repeated");
+  speed->add_option("--difference", options.unlike.only,
+                    "unlike: only this, \"two grips each\"; may be repeated");
   KernelTimesOptions& kernels = options.kernels;
   speed
       ->add_option("--shader-dirs", kernels.shader_dirs,

@@ -82,8 +82,9 @@ struct UnlikeOptions {
   uint32_t cloths = 64;
   std::vector<uint32_t> sides = {16, 32};  // particles
   uint32_t lead_steps = 30;
-  uint32_t rounds = 15;  // of both in turn, after one that does not count
-  uint32_t steps = 10;   // of each in a round, always the same ones
+  uint32_t rounds = 15;             // of both in turn, after one that does not count
+  uint32_t steps = 10;              // of each in a round, always the same ones
+  std::vector<std::string> only{};  // differences by their names; empty: all
 };
 void MeasureUnlike(Bench& bench, UnlikeOptions options);
 

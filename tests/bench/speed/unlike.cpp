@@ -1,9 +1,11 @@
 // What cloths cost that differ in what they hold, in whether their colliders move or in whether
 // they are asked for impulses, against as many that do not -> speed_unlike.csv.
+#include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <functional>
 #include <optional>
+#include <stdexcept>
 #include <string>
 #include <utility>
 #include <vector>
@@ -167,6 +169,23 @@ std::vector<Difference> Differences() {
           OfMotions("box and capsule that move with friction", 0.4, test::FallingOnBoxAndCapsule)};
 }
 
+// Those of these names; of none: all.
+std::vector<Difference> ChosenDifferences(const std::vector<std::string>& names) {
+  const std::vector<Difference> all = Differences();
+  if (names.empty()) return all;
+  std::vector<Difference> chosen;
+  for (const std::string& name : names) {
+    const auto found = std::ranges::find(all, name, &Difference::name);
+    if (found == all.end()) {
+      std::string legal;
+      for (const Difference& difference : all) legal += "\n  " + difference.name;
+      throw std::runtime_error("--difference: '" + name + "' is none of" + legal);
+    }
+    chosen.push_back(*found);
+  }
+  return chosen;
+}
+
 std::vector<test::Scene> ScenesOf(const Difference& difference, uint32_t side, uint32_t cloths,
                                   bool differs) {
   std::vector<test::Scene> scenes;
@@ -184,11 +203,13 @@ std::vector<test::Scene> ScenesOf(const Difference& difference, uint32_t side, u
 
 void MeasureUnlike(Bench& bench, UnlikeOptions options) {
   if (bench.is_quick()) {
-    options = {.cloths = 4, .sides = {6}, .lead_steps = 1, .rounds = 1, .steps = 1};
+    options = {
+        .cloths = 4, .sides = {6}, .lead_steps = 1, .rounds = 1, .steps = 1, .only = options.only};
   }
+  const std::vector<Difference> differences = ChosenDifferences(options.only);
   Table table = bench.OpenTable(
       "speed_unlike", {"difference", "particles", "cloths", "round", "like_ms", "unlike_ms"});
-  for (const Difference& difference : Differences()) {
+  for (const Difference& difference : differences) {
     for (const uint32_t side : options.sides) {
       if (!bench.StartRow(difference.name + ", " + std::to_string(side * side) + " particles")) {
         return;

@@ -25,7 +25,7 @@ using PlacesTag = hn::RebindToSigned<ClothsTag>;
 using Places = hn::Vec<PlacesTag>;
 
 // As many mixed links as there are lanes take about this many times as long as one link of each
-// cloth [-] (tests/bench/notes/cpu.md).
+// cloth, some lanes being empty [-] (tests/bench/notes/cpu.md).
 constexpr size_t kMixedCost = 6;
 
 // Links of whichever cloths, one in each lane: where few cloths move a link, all of them do not
@@ -36,7 +36,7 @@ struct MixedLinks {
   VectorsCloths way;  // of `to` in the substep, less that of `from` [m]
 };
 
-// One number of a particle of each lane.
+// Particles of whichever cloths, one in each lane.
 class MixedParticles {
  public:
   explicit MixedParticles(ClothParticle* particles) : first_(reinterpret_cast<float*>(particles)) {}
@@ -123,11 +123,6 @@ class LinkMixer {
   alignas(64) float rest_length_[kClothCount], w_from_[kClothCount], w_to_[kClothCount];
 };
 
-// The cloths that do not hold both ends of a link or joint.
-MaskCloths IsLoose(const GroupContext& context, uint32_t i, uint32_t j) {
-  return context.InverseMass(i) + context.InverseMass(j) > SplatCloths(0);
-}
-
 // Where links exceed the limits of the refinement (equation 32). `d`: from end to end.
 MaskCloths ExceedLimits(const RefineLimits& limits, const VectorsCloths& d, VecCloths rest_length) {
   const VecCloths length_sq = Dot(d, d), rest_length_sq = rest_length * rest_length;
@@ -174,7 +169,7 @@ void MoveEnds(const GroupContext& context, const RefinedLink& link) {
                context.InverseMass(group.j[k]), MaskOf(link.cloths), from.p, to.p);
 }
 
-// function(cloth) of each cloth of a link.
+// function(cloth) of each of `cloths`, one bit each.
 template <class Function>
 void ForEachCloth(uint32_t cloths, const Function& function) {
   for (; cloths != 0; cloths &= cloths - 1) {

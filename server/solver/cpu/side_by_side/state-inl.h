@@ -235,7 +235,7 @@ struct GroupContext {
   VectorsCloths* const hinge_changes;
   VectorsCloths* const joint_impulses;
   Refinement& refinement;
-  SimdMemory& mixed_links;
+  SimdMemory& mixed_links;       // of the refinement
   ClothContact* const contacts;  // [particle_count][collider_count]
   VecCloths* const quiet_round_offs;
   bool has_quiet_particles = false;  // any of them is not 0
@@ -260,6 +260,11 @@ struct GroupContext {
  private:
   uint32_t HeldBy(uint32_t i) const { return own_pins.lists->held_by[i]; }
 };
+
+// The cloths that do not hold both ends of a link or joint.
+MaskCloths IsLoose(const GroupContext& context, uint32_t i, uint32_t j) {
+  return context.InverseMass(i) + context.InverseMass(j) > SplatCloths(0);
+}
 
 }  // namespace
 }  // namespace drape::cpu::HWY_NAMESPACE
