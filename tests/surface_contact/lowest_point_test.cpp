@@ -210,6 +210,75 @@ TYPED_TEST(LowestPointTest, ATriangleThatTiltsOverAnEdgeHasTheCorner) {
   }
 }
 
+// The same beside a capsule whose lower end is under the triangle and whose other end is far above
+// it. Tilted farther than kNearlyLevel to the far end, it has none.
+TYPED_TEST(LowestPointTest, ATriangleThatTiltsBesideACapsuleHasItsEnd) {
+  RandomSolids random(7);
+  std::vector<TypeParam> corners_of_solid;
+  for (int k = 0; k < 100; ++k) {
+    const Eigen::Vector3d axis = random.Point(1).normalized(), end = random.Point(0.1);
+    const double radius = random.Between(0.01, 0.05);
+    const Solid<TypeParam> solid(CapsuleBetween(end, end + 0.4 * axis, radius), kThickness_m);
+    const Eigen::Vector3d side = axis.unitOrthogonal();
+    for (const double slope : {-0.05, -0.01, 0.01, 0.05, 0.2}) {
+      const Eigen::Vector3d n = (side + slope * axis).normalized();
+      const double gap = random.Between(-0.001, 0.004);
+      const Eigen::Vector3d along = n.unitOrthogonal(), across = n.cross(along);
+      const Eigen::Vector3d foot = end + (gap + radius + kThickness_m) * n;
+      const double u = random.Between(0.02, 0.04), v = random.Between(0.02, 0.04);
+      const std::array<TypeParam, 3> corners{ToVector<TypeParam>(foot - u * along - v * across),
+                                             ToVector<TypeParam>(foot + 2 * u * along),
+                                             ToVector<TypeParam>(foot - u * along + v * across)};
+      LowestPoint<TypeParam> lowest = LowestOnTriangle<TypeParam>(solid, corners, kLeast_m);
+      SCOPED_TRACE(std::to_string(k) + " " + std::to_string(slope));
+      EXPECT_EQ(lowest.is_inside, slope < 0);
+      if (!lowest.is_inside) {
+        EXPECT_LE(lowest.gap, gap + this->kRounding_m) << "nothing is nearer";
+        lowest = LowestCornerUnder<TypeParam>(solid, corners, lowest.normal, corners_of_solid);
+      }
+      ASSERT_EQ(lowest.is_inside, slope < kNearlyLevel);
+      if (!lowest.is_inside) continue;
+      EXPECT_NEAR(lowest.gap, gap, 10 * this->kRounding_m);
+      EXPECT_NEAR((FromVector(lowest.normal) - n).norm(), 0, 10 * this->kRounding_m);
+      EXPECT_NEAR(lowest.weights[1], 1.0 / 3, 100 * this->kRounding_m);
+    }
+  }
+}
+
+// Beside a round solid a triangle is not lowest inside until a corner has used up the room: many of
+// these are nearly parallel to a capsule, whose farthest end changes there.
+TYPED_TEST(LowestPointTest, InItsRoomNoTriangleBesideARoundSolidIsLowestInside) {
+  RandomSolids random(8);
+  int rooms = 0;
+  for (int k = 0; k < 20000; ++k) {
+    const Eigen::Vector3d axis = random.Point(1).normalized(), end = random.Point(0.1);
+    const double radius = random.Between(0.01, 0.05);
+    const Collider collider =
+        k % 4 == 0 ? SphereAt(end, radius) : CapsuleBetween(end, end + 0.4 * axis, radius);
+    const Solid<TypeParam> solid(collider, kThickness_m);
+    const Eigen::Vector3d side = axis.unitOrthogonal(), across = axis.cross(side);
+    const Eigen::Vector3d middle =
+        end + random.Between(0, 0.4) * axis + (radius + random.Between(0, 0.02)) * side;
+    std::array<TypeParam, 3> corners;
+    for (TypeParam& corner : corners) {
+      corner = ToVector<TypeParam>(middle + random.Between(-0.1, 0.1) * axis +
+                                   random.Between(-0.1, 0.1) * across +
+                                   random.Between(-0.01, 0.01) * side);
+    }
+    const auto lowest = LowestOnTriangle<TypeParam>(solid, corners, kLeast_m);
+    if (lowest.is_inside || lowest.room <= 1e-4) continue;
+    ++rooms;
+    for (int tries = 0; tries < 20; ++tries) {
+      std::array<TypeParam, 3> moved = corners;
+      for (TypeParam& corner : moved) {
+        corner += ToVector<TypeParam>(0.999 * lowest.room * random.Point(1).normalized());
+      }
+      EXPECT_FALSE(LowestOnTriangle<TypeParam>(solid, moved, kLeast_m).is_inside) << k;
+    }
+  }
+  EXPECT_GT(rooms, 2000);
+}
+
 // An edge from above a face to beyond its end: that comes down next, where it leaves the face,
 // whether the edge rises a little or not. The box is behind the plane.
 TYPED_TEST(LowestPointTest, AnEdgeThatRisesALittleLeavesItsFaceThere) {
@@ -244,6 +313,40 @@ TYPED_TEST(LowestPointTest, AnEdgeThatRisesALittleLeavesItsFaceThere) {
       }
     }
   }
+}
+
+// What is clear of a solid, however thin that is, is not pushed: its plane may cut the solid beside
+// the triangle, but then nothing of it is under the triangle on the other side.
+TYPED_TEST(LowestPointTest, ATriangleThatIsClearIsNotPushed) {
+  RandomSolids random(9);
+  int clear = 0, planes = 0;
+  for (int k = 0; k < 3000; ++k) {
+    const double thin = random.Between(0.001, 0.02);
+    const Eigen::Vector3d centre = random.Point(0.1), axis = random.Point(1).normalized();
+    const std::array<Collider, 3> solids{
+        BoxAt(centre, {thin, random.Between(0.05, 0.2), 0.2}, random.Rotation()),
+        CapsuleBetween(centre, centre + 0.4 * axis, thin),
+        CylinderBetween(centre, centre + thin * axis, random.Between(0.05, 0.2))};
+    std::array<TypeParam, 3> corners;
+    std::array<Eigen::Vector3d, 3> exact;
+    const Eigen::Vector3d middle = centre + random.Point(0.2);
+    for (size_t c = 0; c < 3; ++c) {
+      corners[c] = ToVector<TypeParam>(middle + random.Point(0.1));
+      exact[c] = FromVector(corners[c]);
+    }
+    for (const Collider& collider : solids) {
+      const Solid<TypeParam> solid(collider, kThickness_m);
+      const double interval = 0.2 / 40;
+      if (this->LowestOf(collider, exact, 40) < interval) continue;
+      ++clear;
+      const auto lowest = LowestOnTriangle<TypeParam>(solid, corners, kLeast_m);
+      if (!lowest.is_inside) continue;
+      ++planes;
+      EXPECT_GE(lowest.gap, -this->kRounding_m) << k << " " << static_cast<int>(collider.kind());
+    }
+  }
+  EXPECT_GT(clear, 1000);
+  EXPECT_GT(planes, 100);
 }
 
 // Above a face nothing is lowest inside until a corner has used up the room.

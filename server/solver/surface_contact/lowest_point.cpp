@@ -25,7 +25,6 @@ constexpr double kLeastMean = 0.1;
 // Intervals of an edge above a distance map: of one cell each, but no more than this.
 constexpr int kMostIntervals = 12;
 constexpr int kMapTries = 6;
-constexpr int kTriangleTries = 12;
 constexpr int kPathTries = 24;
 constexpr int kMapPathTries = 1000;
 // The shortest part of its way after which an edge is looked at again, beside what it slides along
@@ -183,94 +182,6 @@ LowestPoint<V> LowestAboveMap(const Solid<V>& solid, const V& a, const V& b, Sca
   return OnEdge(best.place, Across(best.at.normal, d), best.at.gap);
 }
 
-// Barycentric coordinates of the point of the triangle's plane that is nearest to x.
-template <class V>
-std::array<ScalarOf<V>, 3> WeightsAt(const std::array<V, 3>& corners, const V& x) {
-  using Real = ScalarOf<V>;
-  const V e = corners[1] - corners[0], f = corners[2] - corners[0], d = x - corners[0];
-  const Real ee = Dot(e, e), ef = Dot(e, f), ff = Dot(f, f), de = Dot(d, e), df = Dot(d, f);
-  const Real determinant = ee * ff - ef * ef;
-  const Real v = (ff * de - ef * df) / determinant, w = (ee * df - ef * de) / determinant;
-  return {1 - v - w, v, w};
-}
-
-// All weights are above `least`.
-template <class V>
-bool AreInside(const std::array<ScalarOf<V>, 3>& weights, double least) {
-  const auto its = static_cast<ScalarOf<V>>(least);
-  return weights[0] > its && weights[1] > its && weights[2] > its;
-}
-
-// The nearest weights, nearly, of which none is negative.
-template <class Real>
-std::array<Real, 3> WithoutNegatives(std::array<Real, 3> weights) {
-  Real sum = 0;
-  for (Real& weight : weights) sum += weight = std::max(weight, Real{0});
-  for (Real& weight : weights) weight /= sum;
-  return weights;
-}
-
-template <class V>
-V PointOf(const std::array<V, 3>& corners, const std::array<ScalarOf<V>, 3>& weights) {
-  return corners[0] + weights[1] * (corners[1] - corners[0]) +
-         weights[2] * (corners[2] - corners[0]);
-}
-
-// By steps along the slope, as long as the last two suggest (Barzilai and Borwein 1988).
-template <class V>
-LowestPoint<V> LowestOnTriangleAboveMap(const Solid<V>& solid, const std::array<V, 3>& corners,
-                                        const V& normal, ScalarOf<V> least) {
-  using Real = ScalarOf<V>;
-  Real lowest_corner = std::numeric_limits<Real>::max();
-  Real bound = std::numeric_limits<Real>::lowest();
-  const V centre = PointOf<V>(corners, {Real{1} / 3, Real{1} / 3, Real{1} / 3});
-  for (const V& corner : corners) {
-    lowest_corner = std::min(lowest_corner, solid.At(corner).gap);
-    bound = std::max(bound, -Length(V(corner - centre)));
-  }
-  V x = centre;
-  Gap<V> at = solid.At(x);
-  Real radius = 0;
-  for (const V& corner : corners) radius = std::max(radius, Length(V(corner - centre)));
-  bound = at.gap - radius;
-  if (bound > 0) return {.gap = bound};
-  V best = x;
-  Gap<V> best_at = at;
-  const auto slope_of = [&](const Gap<V>& gap) {
-    return V(gap.normal - Dot(gap.normal, normal) * normal);
-  };
-  V slope = slope_of(at);
-  Real step = radius / 2;
-  for (int k = 0; k < kTriangleTries; ++k) {
-    const V move = -step * slope;
-    const V next = x + move;
-    if (!AreInside<V>(WeightsAt(corners, next), kLeastWeight)) {
-      step /= 4;
-      continue;
-    }
-    at = solid.At(next);
-    const V next_slope = slope_of(at);
-    if (at.gap < best_at.gap) {
-      best = next;
-      best_at = at;
-    }
-    const V change = next_slope - slope;
-    const Real along = Dot(move, change);
-    step = along > 0 ? std::min(Dot(move, move) / along, radius) : step / 2;
-    x = next;
-    slope = next_slope;
-  }
-  const auto weights = WeightsAt(corners, best);
-  // A dip inside: the slope has nearly gone.
-  const Real level = Length(slope_of(best_at));
-  if (!AreInside<V>(weights, kLeastWeight) || lowest_corner - best_at.gap <= least ||
-      level > Real{0.25}) {
-    return {.gap = bound};
-  }
-  const V across = Dot(best_at.normal, normal) < 0 ? V(-normal) : normal;
-  return {.is_inside = true, .weights = weights, .normal = across, .gap = best_at.gap};
-}
-
 }  // namespace
 
 template <class V>
@@ -329,71 +240,6 @@ LowestPoint<V> NextOnEdge(const Solid<V>& solid, const V& a, const V& b, ScalarO
   });
 }
 
-// The normal is that of the triangle, on one side or the other, and the point that of the solid
-// that is farthest along it: the support (Gilbert, Johnson & Keerthi 1988).
-template <class V>
-LowestPoint<V> LowestOnTriangle(const Solid<V>& solid, const std::array<V, 3>& corners,
-                                ScalarOf<V> least) {
-  using Real = ScalarOf<V>;
-  const V cross = Cross(V(corners[1] - corners[0]), V(corners[2] - corners[0]));
-  const Real twice_area = Length(cross);
-  if (!(twice_area > 0)) return {};
-  const V normal = cross / twice_area;
-  if (!solid.is_convex()) return LowestOnTriangleAboveMap(solid, corners, normal, least);
-  LowestPoint<V> none;
-  none.room = solid.RoomAboveFace(corners);
-  if (none.room > 0) return none;
-  LowestPoint<V> lowest;
-  lowest.gap = std::numeric_limits<Real>::lowest();
-  for (const V& n : {normal, V(-normal)}) {
-    const V farthest = solid.Farthest(n);
-    const Real gap = Dot(n, V(corners[0] - farthest)) - solid.offset();
-    if (gap <= lowest.gap) continue;
-    lowest = {.weights = WeightsAt(corners, farthest), .normal = n, .gap = gap};
-  }
-  const bool is_round = solid.kind() == ShapeKind::kSphere || solid.kind() == ShapeKind::kCapsule;
-  lowest.is_inside = AreInside<V>(lowest.weights, is_round ? kLeastWeight : -kOverlap);
-  if (is_round && !lowest.is_inside) {
-    // The foot of the centre moves by a corner's way, and by the centre's distance for each height
-    // of the triangle that one corner rises against the others.
-    Real outside = 0, least_height = std::numeric_limits<Real>::max();
-    for (size_t k = 0; k < 3; ++k) {
-      const Real side = Length(V(corners[(k + 2) % 3] - corners[(k + 1) % 3]));
-      const Real height = twice_area / side;
-      least_height = std::min(least_height, height);
-      outside = std::max(outside, (static_cast<Real>(kLeastWeight) - lowest.weights[k]) * height);
-    }
-    const Real distance = std::abs(lowest.gap) + solid.offset();
-    lowest.room = outside / (2 + 2 * distance / least_height);
-    // Where the axis is level the farthest end becomes the other one.
-    const Real length = Length(solid.segment());
-    if (solid.kind() == ShapeKind::kCapsule && length > 0) {
-      const Real tilt = std::abs(Dot(solid.segment(), lowest.normal)) / length;
-      lowest.room = std::min(lowest.room, tilt * least_height / 2);
-    }
-  }
-  lowest.weights = WithoutNegatives(lowest.weights);
-  return lowest;
-}
-
-template <class V>
-LowestPoint<V> LowestCornerUnder(const Solid<V>& solid, const std::array<V, 3>& corners,
-                                 const V& normal, std::vector<V>& corners_of_solid) {
-  corners_of_solid.clear();
-  solid.AddNearlyFarthest(normal, corners_of_solid);
-  const double least_weight = solid.kind() == ShapeKind::kCapsule ? kLeastWeight : -kOverlap;
-  LowestPoint<V> lowest;
-  for (const V& corner : corners_of_solid) {
-    const auto weights = WeightsAt(corners, corner);
-    if (!AreInside<V>(weights, least_weight)) continue;
-    const auto gap = Dot(normal, V(corners[0] - corner)) - solid.offset();
-    if (lowest.is_inside && gap >= lowest.gap) continue;
-    lowest = {
-        .is_inside = true, .weights = WithoutNegatives(weights), .normal = normal, .gap = gap};
-  }
-  return lowest;
-}
-
 // By steps of the gap, which is no more than the way to the surface.
 template <class V>
 bool Meets(const Solid<V>& solid, const V& a, const V& b, V& place, V& normal) {
@@ -442,14 +288,11 @@ bool MeetsEdge(const Solid<V>& solid, const std::array<V, 2>& starts, const std:
   return false;
 }
 
-#define DRAPE_LOWEST(V)                                                                            \
-  template LowestPoint<V> LowestOnEdge(const Solid<V>&, const V&, const V&, ScalarOf<V>);          \
-  template LowestPoint<V> LowestOnTriangle(const Solid<V>&, const std::array<V, 3>&, ScalarOf<V>); \
-  template LowestPoint<V> NextOnEdge(const Solid<V>&, const V&, const V&, ScalarOf<V>);            \
-  template LowestPoint<V> LowestCornerUnder(const Solid<V>&, const std::array<V, 3>&, const V&,    \
-                                            std::vector<V>&);                                      \
-  template bool Meets(const Solid<V>&, const V&, const V&, V&, V&);                                \
-  template bool MeetsEdge(const Solid<V>&, const std::array<V, 2>&, const std::array<V, 2>&,       \
+#define DRAPE_LOWEST(V)                                                                      \
+  template LowestPoint<V> LowestOnEdge(const Solid<V>&, const V&, const V&, ScalarOf<V>);    \
+  template LowestPoint<V> NextOnEdge(const Solid<V>&, const V&, const V&, ScalarOf<V>);      \
+  template bool Meets(const Solid<V>&, const V&, const V&, V&, V&);                          \
+  template bool MeetsEdge(const Solid<V>&, const std::array<V, 2>&, const std::array<V, 2>&, \
                           ScalarOf<V>, LowestPoint<V>&)
 DRAPE_LOWEST(self_contact::Vector3f);
 DRAPE_LOWEST(self_contact::Vector3d);
