@@ -247,7 +247,7 @@ float LeastGap(AnyScene& any, const StepContext& context, const ParticleBox& ran
     }
     const FloatCollider& collider = context.controls.colliders[0];
     if (context.collider_motions.empty()) {
-      least = std::min(least, GapAt(collider, place).gap);
+      least = std::min(least, RestingSurface(collider).GapAtStart(place).gap);
       continue;
     }
     const double time_s = k % 3 == 0 ? context.controls.time_step : any.Between(0, 1.0 / 60);

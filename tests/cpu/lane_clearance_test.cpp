@@ -88,8 +88,8 @@ TEST(LaneClearanceTest, WhatIsClearDoesNotTouch) {
     const MovingSurface first = surface;
     advance();
     constexpr auto kDuration = static_cast<float>(kSubstep_s);
-    const ClothMotion of_first = InAllLanes(first, collider, kDuration);
-    const ClothMotion of_later = InAllLanes(surface, collider, kDuration);
+    const ClothMotion of_first = InAllLanes(first, kDuration);
+    const ClothMotion of_later = InAllLanes(surface, kDuration);
     LookAround(MovingOfCloth(in_lanes, collider, of_first, first),
                MovingOfCloth(in_lanes, collider, of_later, surface), places, moving);
   }

@@ -72,31 +72,61 @@ class SharpCollider : public PhysicsTest {
 INSTANTIATE_TEST_SUITE_P(Backends, SharpCollider, testing::ValuesIn(OwnBackendNames()),
                          [](const auto& one) { return one.param; });
 
-// 5 % of the worst link is where a warning begins, 1 % of almost all is the promise for cloths that
-// hang; behind the front of a hit a mesh is strained by v sqrt(sigma/K) besides (impact_test), and
-// in REALTIME by 7.1/4.9 of that (presets.md, "What lands").
-// Particles alone leave more than 5 % of most curtains.
+// How far beyond its bounds a curtain is stretched, as a ratio to them; 1: not at all. 5 % of the
+// worst link is where a warning begins, 1 % of almost all is the promise for cloths that hang;
+// behind the front of a hit a mesh is strained by v sqrt(sigma/K) besides (impact_test), and in
+// REALTIME by 7.1/4.9 of that (presets.md, "What lands").
+double RatioToBounds(const Scene& scene, bool is_mesh, double largest, double p99) {
+  constexpr double kSigma_kg_per_m2 = 0.2, kFarthestFromPivot_m = 0.21;
+  const RigidMotion& motion = scene.parameters.collider_motions[0];
+  const double speed = motion.velocity_m_per_s.norm() +
+                       kFarthestFromPivot_m * motion.angular_velocity_rad_per_s.norm();
+  const double hit =
+      7.1 / 4.9 * speed * std::sqrt(kSigma_kg_per_m2 / kMeshStretchStiffness_n_per_m);
+  const double of_mesh = is_mesh ? hit : 0;
+  return std::max(largest / (0.05 + of_mesh), p99 / (0.01 + of_mesh));
+}
+
+// Without friction: what is left are the edges that hook.
 TEST_P(SharpCollider, DoesNotCatchEdges) {
-  const uint32_t curtains = GetParam() == "cpu" ? 16 : 4;
+  const uint32_t curtains = GetParam() == "cpu" ? 32 : 2;
   uint32_t caught = 0;
   for (uint32_t seed = 0; seed < curtains; ++seed) {
     SCOPED_TRACE(seed);
-    const Scene scene = RandomCurtain(seed, seed % 8 >= 4);
+    const bool is_mesh = seed % 8 >= 4;
+    Scene scene = RandomCurtain(seed, is_mesh);
+    scene.parameters.friction_static = scene.parameters.friction_dynamic = 0;
     const auto [largest, p99] = Strains(scene, StepSettings().collider_contact);
-    constexpr double kSigma_kg_per_m2 = 0.2, kFarthestFromPivot_m = 0.21;
-    const RigidMotion& motion = scene.parameters.collider_motions[0];
-    const double speed = motion.velocity_m_per_s.norm() +
-                         kFarthestFromPivot_m * motion.angular_velocity_rad_per_s.norm();
-    const double hit =
-        7.1 / 4.9 * speed * std::sqrt(kSigma_kg_per_m2 / kMeshStretchStiffness_n_per_m);
-    const double of_mesh = seed % 8 >= 4 ? hit : 0;
-    EXPECT_LE(largest, 0.05 + of_mesh);
-    EXPECT_LE(p99, 0.01 + of_mesh);
+    EXPECT_LE(RatioToBounds(scene, is_mesh, largest, p99), 1);
     if (GetParam() == "cpu") caught += Strains(scene, ColliderContact::kParticles).first > 0.05;
   }
   if (GetParam() == "cpu") {
-    EXPECT_GE(2 * caught, curtains) << "nothing to catch";
+    EXPECT_GE(4 * caught, curtains) << "nothing to catch";
   }
+}
+
+// Friction pulls at what slides over the corner of a box, however well the cloth gets round it: a
+// third of the weight of such a curtain stretches one edge of a mesh by 5 %. Particles alone leave
+// more than that of most curtains.
+TEST_P(SharpCollider, WithFrictionHardlyEverCatchesEdges) {
+  const uint32_t curtains = GetParam() == "cpu" ? 48 : 4;
+  uint32_t beyond = 0, caught = 0, compared = 0;
+  for (uint32_t seed = 0; seed < curtains; ++seed) {
+    SCOPED_TRACE(seed);
+    const bool is_mesh = seed % 8 >= 4, is_box = seed % 4 == 0;
+    const Scene scene = RandomCurtain(seed, is_mesh);
+    const auto [largest, p99] = Strains(scene, StepSettings().collider_contact);
+    const double ratio = RatioToBounds(scene, is_mesh, largest, p99);
+    if (!is_mesh || !is_box) {
+      EXPECT_LE(ratio, 1);
+    }
+    beyond += ratio > 1 ? 1 : 0;
+    if (GetParam() != "cpu" || seed % 3 != 0) continue;
+    ++compared;
+    caught += Strains(scene, ColliderContact::kParticles).first > 0.05;
+  }
+  EXPECT_LE(beyond, curtains / 12);
+  EXPECT_GE(2 * caught, compared) << "nothing to catch";
 }
 
 }  // namespace

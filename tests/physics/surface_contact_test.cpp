@@ -161,22 +161,43 @@ INSTANTIATE_TEST_SUITE_P(Realtime, SinkingOfSheets,
 INSTANTIATE_TEST_SUITE_P(AccurateLong, SinkingOfSheets,
                          ::testing::ValuesIn(BackendsUnder(Preset::kAccurate)), NameOfPair);
 
-// A ball as a closed mesh: the map is off by 3/8 cell^2 / R, and its facets by their sagitta.
+// A ball as a closed mesh, in several places: the map is off by 3/8 cell^2 / R, and so is each of
+// two samples between which an edge dips. In half of the places that bounds what sinks in at any
+// time; a dip that is not the lowest on its edge or triangle may be missed, and is as deep again.
 TEST_P(SurfaceContact, ASheetLiesOnAClosedMesh) {
   constexpr double kRadius_m = 0.25;
   auto map = DistanceMap::Build(SphereMesh(kRadius_m, 3), {.resolution = 48});
   ASSERT_TRUE(map.ok());
   const double cell_m = (*map)->cell_m();
-  Scene scene = Coarse(DistanceMapAt(*map, {{0.47, -0.27, 0.52}, Quaterniond::Identity()}));
-  const ClothHandle cloth = Make(scene);
-  StepAlone(backend(), cloth, scene, 40);
-  const double depth = DepthOf(scene, ReadState(backend(), cloth));
-  std::printf("[ MEASURED ] sinking into a closed mesh on %s: %.4f mm\n", backend_name().c_str(),
-              1e3 * depth);
-  const double way =
-      LargestSpeed(ReadState(backend(), cloth)) * scene.parameters.settings.substep_s();
-  EXPECT_LE(depth,
-            1e-4 * scene.model->length_scale_m() + way + 2 * 0.375 * cell_m * cell_m / kRadius_m);
+  std::vector<double> ratios, depths_m;
+  for (int place = 0; place < 11; ++place) {
+    const Vector3d at(0.47 + 0.006 * place, -0.27, 0.52 - 0.004 * place);
+    Scene scene = Coarse(DistanceMapAt(*map, {at, Quaterniond::Identity()}));
+    const ClothHandle cloth = Make(scene);
+    StepAlone(backend(), cloth, scene, 30);
+    ratios.push_back(0);
+    depths_m.push_back(0);
+    for (int step = 30; step < 100; ++step) {
+      StepAlone(backend(), cloth, scene, 1);
+      const ParticleState state = ReadState(backend(), cloth);
+      const double depth_m = DepthOf(scene, state);
+      const double way_m = LargestSpeed(state) * scene.parameters.settings.substep_s();
+      const double bound_m =
+          1e-4 * scene.model->length_scale_m() + way_m + 2 * 0.375 * cell_m * cell_m / kRadius_m;
+      ratios.back() = std::max(ratios.back(), depth_m / bound_m);
+      depths_m.back() = std::max(depths_m.back(), depth_m);
+    }
+  }
+  std::ranges::sort(ratios);
+  std::ranges::sort(depths_m);
+  const size_t middle = ratios.size() / 2;
+  std::printf(
+      "[ MEASURED ] sinking into a closed mesh on %s: %.2f and up to %.2f mm, %.2f and "
+      "up to %.2f of the bound\n",
+      backend_name().c_str(), 1e3 * depths_m[middle], 1e3 * depths_m.back(), ratios[middle],
+      ratios.back());
+  EXPECT_LE(ratios[middle], 1);
+  EXPECT_LE(ratios.back(), 2);
 }
 
 // Rungs of 20 cm across two rails 10 cm apart that go down at an angle: nothing holds the

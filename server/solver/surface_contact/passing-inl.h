@@ -45,9 +45,7 @@ void SurfaceContacts<V>::FindPassing(SolidState& solid, std::span<const V> posit
   }
   if (!placed.solid().is_convex()) return;
   for (size_t c = 0; c < solid.candidates.size(); ++c) {
-    const bool is_near =
-        solid.travel + solid.expected >= solid.wake_travels[c] || solid.wake_substeps[c] != kNever;
-    if (!is_near) continue;
+    if (!solid.wakes.MayBeNear(c, solid.expected)) continue;
     if (solid.candidates[c].count != 2) continue;
     Contact contact = solid.candidates[c];
     contact.is_passing = true;

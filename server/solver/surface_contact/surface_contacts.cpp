@@ -57,10 +57,8 @@ void SurfaceContacts<V>::Find(std::span<const V> positions, std::span<const V> v
     solid.placed.Place((substep_ - 1) * substep_s_, substep_ * substep_s_);
     if (solid.needs_search) Search(solid, positions, velocities);
     solid.expected = static_cast<Real>(kWayMargin) * solid.particle_way + fall + solid.own_way;
-    for (size_t c = 0; c < solid.candidates.size(); ++c) {
-      const bool is_due = solid.travel + solid.expected >= solid.wake_travels[c] ||
-                          substep_ >= solid.wake_substeps[c];
-      if (is_due) Look(solid, c, positions, velocities);
+    for (const uint32_t c : solid.wakes.FindDue(substep_, solid.expected)) {
+      Look(solid, c, velocities, positions);
     }
     has_starts_ |= solid.has_any();
   }
@@ -85,17 +83,18 @@ void SurfaceContacts<V>::Find(std::span<const V> positions, std::span<const V> v
 }
 
 template <class V>
-void SurfaceContacts<V>::Look(SolidState& solid, size_t index, std::span<const V> positions,
-                              std::span<const V> velocities) {
+void SurfaceContacts<V>::Look(SolidState& solid, size_t index, std::span<const V> velocities,
+                              std::span<const V> positions) {
   Contact& contact = solid.candidates[index];
   const PlacedSolid<V>& placed = solid.placed;
+  const Real way = solid.wakes.WayOf(index);
   std::array<V, 3> described;
   for (uint32_t k = 0; k < contact.count; ++k) {
-    described[k] = placed.DescribedAtStart(positions[contact.particles[k]]);
+    described[k] = solid.described[solid.wakes.corners(index)[k]];
   }
   const bool is_old =
       substep_ >= contact.found_in + ages_after_ ||
-      solid.travel - contact.found_at > static_cast<Real>(kPlaneTravel) * numbers_.edge_length;
+      way - contact.found_at > static_cast<Real>(kPlaneTravel) * numbers_.edge_length;
   if ((!contact.has_plane || is_old) && !FindPlane(solid, index, described)) return;
   V point{}, velocity{};
   for (uint32_t k = 0; k < contact.count; ++k) {
@@ -110,11 +109,10 @@ void SurfaceContacts<V>::Look(SolidState& solid, size_t index, std::span<const V
       static_cast<Real>(kWayMargin) * (approach * h + Length(numbers_.gravity) * h * h) +
       solid.own_way + least_dip_;
   if (contact.gap > near) {
-    solid.wake_travels[index] = solid.travel + contact.gap;
-    solid.wake_substeps[index] = kNever;
+    solid.wakes.Wait(index, contact.gap);
     return;
   }
-  solid.wake_travels[index] = std::numeric_limits<Real>::lowest();
+  solid.wakes.LookAgain(index);
   Activate(contact, positions, velocities);
 }
 
@@ -147,8 +145,8 @@ bool SurfaceContacts<V>::FindPlane(SolidState& solid, size_t index,
     const Real free = std::max(lowest.room, lowest.gap);
     const bool is_far = free > solid.expected;
     const Real turn = static_cast<Real>(kPlaneTravel) * numbers_.edge_length;
-    solid.wake_travels[index] = solid.travel + (is_far ? free : solid.expected + turn);
-    solid.wake_substeps[index] = is_far ? kNever : substep_ + ages_after_;
+    solid.wakes.Wait(index, is_far ? free : solid.expected + turn,
+                     is_far ? Wakes<Real>::kNever : substep_ + ages_after_);
     return false;
   }
   contact.normal = lowest.normal;
@@ -158,7 +156,7 @@ bool SurfaceContacts<V>::FindPlane(SolidState& solid, size_t index,
   // A dip that begins to count is at the surface, so that it begins to push with nothing.
   contact.level = Dot(contact.normal, point) - lowest.gap - least_dip_;
   contact.found_in = substep_;
-  contact.found_at = solid.travel;
+  contact.found_at = solid.wakes.WayOf(index);
   return true;
 }
 
@@ -347,6 +345,11 @@ void SurfaceContacts<V>::Advance(std::span<const V> positions) {
     if (solid.has_any()) {
       solid.particle_way = way;
       solid.travel += way + solid.own_way;
+      for (uint32_t k = 0; k < solid.watched.size(); ++k) {
+        const V end = solid.placed.DescribedAtEnd(positions[solid.watched[k]]);
+        solid.wakes.Move(k, Length(V(end - solid.described[k])));
+        solid.described[k] = end;
+      }
       next = static_cast<Real>(kWayMargin) * way + solid.own_way;
     } else if (substep_ % kLookEvery == 0) {
       const auto since = static_cast<Real>(substep_ - solid.searched_in + 1);

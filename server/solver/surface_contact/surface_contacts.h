@@ -2,6 +2,7 @@
 // (server/solver/method.md, "Edges and triangles"), in single or double precision.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <span>
@@ -13,6 +14,7 @@
 #include "server/solver/surface_contact/lowest_point.h"
 #include "server/solver/surface_contact/placed_solid.h"
 #include "server/solver/surface_contact/surface_parts.h"
+#include "server/solver/surface_contact/wakes.h"
 
 namespace drape::surface_contact {
 
@@ -84,7 +86,7 @@ class SurfaceContacts {
   };
   void Begin(const SurfaceParts& parts, const Solids& solids, const StepNumbers<V>& numbers);
 
-  // Begins a substep from this state.
+  // Begins a substep from this state; after the first one the positions are those of Advance.
   void Find(std::span<const V> positions, std::span<const V> velocities);
   // One sweep over the contacts; the particles are predicted at base + interval u. Whether a
   // velocity changed by more than `least_change` [m/s].
@@ -104,15 +106,15 @@ class SurfaceContacts {
   Real LargestError(const V* base, const V* u, Real interval) const;
 
  private:
-  static constexpr uint32_t kNever = UINT32_MAX;
-
   // A solid and what may touch it. None depends on what other solids there are: those out of reach
   // may be left out.
   struct SolidState {
     PlacedSolid<V> placed;
     std::vector<Contact> candidates{};
-    std::vector<Real> wake_travels{};  // of candidates: looked at when one of both has come
-    std::vector<uint32_t> wake_substeps{};
+    std::vector<uint32_t> watched{};  // particles of candidates, ascending
+    // Of these: where they are when the substep starts, in the frame of the description.
+    std::vector<V> described{};
+    Wakes<Real> wakes{};               // of candidates, whose corners are among `watched`
     std::vector<uint32_t> near{};      // particles that may come near
     std::vector<Real> near_travels{};  // of these: looked at when it has come [m]
     std::vector<V> sides{};  // [particle_count] where each was outwards last in this step, or 0
@@ -133,11 +135,12 @@ class SurfaceContacts {
   void Search(SolidState& solid, std::span<const V> positions, std::span<const V> velocities);
   void FindCandidates(SolidState& solid, std::span<const V> positions);
   void Add(SolidState& solid, std::span<const uint32_t> particles, Real bound);
+  void Watch(SolidState& solid, size_t particle_count);
   void FindPassing(SolidState& solid, std::span<const V> positions);
   bool FindMeeting(Contact& contact, const V* base, const V* u, Real interval) const;
   bool FindMeetingOfEdge(Contact& contact, const V* base, const V* u, Real interval) const;
-  void Look(SolidState& solid, size_t index, std::span<const V> positions,
-            std::span<const V> velocities);
+  void Look(SolidState& solid, size_t index, std::span<const V> velocities,
+            std::span<const V> positions);
   LowestPoint<V> LowestOf(const SolidState& solid, uint32_t count, const std::array<V, 3>& places);
   bool FindPlane(SolidState& solid, size_t index, const std::array<V, 3>& described);
   void Activate(Contact& contact, std::span<const V> positions, std::span<const V> velocities);
@@ -167,6 +170,8 @@ class SurfaceContacts {
   // Of a search.
   std::vector<Gap<V>> gaps_;
   std::vector<V> described_;
+  std::vector<Real> bounds_;         // of the candidates of a solid
+  std::vector<uint32_t> watched_;    // [particle_count] place among those that are watched
   std::vector<V> corners_of_solid_;  // LowestCornerUnder
 };
 

@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
+#include <vector>
 
 #include "server/solver/solver_constants.h"
 #include "server/solver/surface_contact/contact_numbers.h"
@@ -28,10 +30,9 @@ void SurfaceContacts<V>::Search(SolidState& solid, std::span<const V> positions,
   solid.needs_search = false;
   solid.searched_in = substep_;
   solid.candidates.clear();
-  solid.wake_travels.clear();
-  solid.wake_substeps.clear();
   solid.near.clear();
   solid.near_travels.clear();
+  bounds_.clear();
   solid.found_positions.assign(positions.begin(), positions.end());
   self_contact::Box<V> box;
   Real speed_sq = 0;
@@ -50,6 +51,7 @@ void SurfaceContacts<V>::Search(SolidState& solid, std::span<const V> positions,
   solid.reach = static_cast<Real>(kReach) * (speed + own_speed) * rest +
                 static_cast<Real>(kReachMargin) * numbers_.edge_length;
   FindCandidates(solid, positions);
+  Watch(solid, positions.size());
 }
 
 // Of a convex solid each tangent plane bounds the gap of all corners, of any the gap of a corner
@@ -99,6 +101,31 @@ void SurfaceContacts<V>::FindCandidates(SolidState& solid, std::span<const V> po
   for (const auto& edge : parts_->edges()) add(edge);
 }
 
+// The particles of the candidates, which wait for their bounds.
+template <class V>
+void SurfaceContacts<V>::Watch(SolidState& solid, size_t particle_count) {
+  constexpr uint32_t kNone = UINT32_MAX;
+  watched_.assign(particle_count, kNone);
+  for (const Contact& contact : solid.candidates) {
+    for (uint32_t k = 0; k < contact.count; ++k) watched_[contact.particles[k]] = 0;
+  }
+  solid.watched.clear();
+  solid.described.clear();
+  for (uint32_t i = 0; i < particle_count; ++i) {
+    if (watched_[i] == kNone) continue;
+    watched_[i] = static_cast<uint32_t>(solid.watched.size());
+    solid.watched.push_back(i);
+    solid.described.push_back(described_[i]);
+  }
+  std::vector<typename Wakes<Real>::Corners> corners;
+  for (const Contact& contact : solid.candidates) {
+    const auto& [i, j, k] = contact.particles;
+    corners.push_back({watched_[i], watched_[j], watched_[contact.count == 2 ? j : k]});
+  }
+  solid.wakes.Begin(static_cast<uint32_t>(solid.watched.size()), std::move(corners));
+  for (size_t c = 0; c < bounds_.size(); ++c) solid.wakes.Wait(c, bounds_[c]);
+}
+
 template <class V>
 void SurfaceContacts<V>::Add(SolidState& solid, std::span<const uint32_t> particles, Real bound) {
   Contact contact;
@@ -111,8 +138,7 @@ void SurfaceContacts<V>::Add(SolidState& solid, std::span<const uint32_t> partic
   }
   if (inverse_mass == 0) return;
   solid.candidates.push_back(contact);
-  solid.wake_travels.push_back(bound);
-  solid.wake_substeps.push_back(kNever);
+  bounds_.push_back(bound);
 }
 
 }  // namespace drape::surface_contact

@@ -84,7 +84,7 @@ void SpreadColliders(const StepContext& context, uint32_t index, float substep_s
   if (scratch.surfaces.empty()) return;
   auto* const motions = scratch.lane_motions.Reserve<ClothMotion>(near.size());
   for (size_t k = 0; k < near.size(); ++k) {
-    motions[k] = InAllLanes(scratch.surfaces[k], described(k), substep_s);
+    motions[k] = InAllLanes(scratch.surfaces[k], substep_s);
   }
 }
 

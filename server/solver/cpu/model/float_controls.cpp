@@ -14,10 +14,8 @@ FloatCollider ToFloat(const Collider& collider, double thickness_m) {
   const std::shared_ptr<const DistanceMap> map = MapOf(collider);
   const auto axis = [&](int k) { return ToVec4(numbers.axes.col(k)); };
   return {.kind = collider.kind(),
-          .point = ToVec4(numbers.point_m),
-          .vector = ToVec4(numbers.vector),
+          .place = {ToVec4(numbers.point_m), ToVec4(numbers.vector), {axis(0), axis(1), axis(2)}},
           .offset = static_cast<float>(numbers.radius_m + thickness_m),
-          .axes = {axis(0), axis(1), axis(2)},
           .samples = map != nullptr ? DistanceSamples(map) : DistanceSamples(),
           .size = static_cast<float>(numbers.point_m.lpNorm<1>())};
 }

@@ -16,13 +16,18 @@
 
 namespace drape::cpu {
 
+// Where a collider is: what of ColliderNumbers moves with it.
+struct FloatPlace {
+  Vec4 point;
+  Vec4 vector;
+  std::array<Vec4, 3> axes{};
+};
+
 // ColliderNumbers in single precision.
 struct FloatCollider {
   ShapeKind kind;
-  Vec4 point;
-  Vec4 vector;
-  float offset;  // its radius and the cloth's thickness
-  std::array<Vec4, 3> axes{};
+  FloatPlace place;           // as described
+  float offset;               // its radius and the cloth's thickness
   DistanceSamples samples{};  // of a distance map
   float size = 0;             // of the point's coordinates, added up [m]
 };

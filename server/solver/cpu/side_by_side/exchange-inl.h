@@ -31,12 +31,12 @@ void GatherColliders(std::span<const GroupCloth> cloths, const GroupContext& con
     };
     ClothCollider& collider = *next++;
     collider.kind = context.controls.colliders[k].kind;
-    collider.point = of([](const FloatCollider& c) { return c.point; });
-    collider.vector = of([](const FloatCollider& c) { return c.vector; });
+    collider.place.point = of([](const FloatCollider& c) { return c.place.point; });
+    collider.place.vector = of([](const FloatCollider& c) { return c.place.vector; });
     collider.offset = number_of([](const FloatCollider& c) { return c.offset; });
     collider.size = number_of([](const FloatCollider& c) { return c.size; });
     for (size_t axis = 0; axis < 3; ++axis) {
-      collider.axes[axis] = of([&](const FloatCollider& c) { return c.axes[axis]; });
+      collider.place.axes[axis] = of([&](const FloatCollider& c) { return c.place.axes[axis]; });
     }
   }
 }

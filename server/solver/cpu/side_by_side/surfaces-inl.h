@@ -74,29 +74,33 @@ VecCloths NumberOf(SurfacesOfCloths surfaces, const Number& number) {
   return LoadCloths(values);
 }
 
+// What of the place a collider of this kind needs; the rest stays as it is.
 template <class Pose>
-ClothPose PoseOf(SurfacesOfCloths surfaces, const Pose& pose) {
+void LoadPose(SurfacesOfCloths surfaces, const Pose& pose, ShapeKind kind, ClothPose& loaded) {
   const auto vector = [&](const auto& part) {
     return VectorOf(surfaces, [&](const MovingSurface& surface) -> const Vec4& {
       return part(std::invoke(pose, surface));
     });
   };
-  const auto column = [&](size_t k) {
-    return vector([k](const MovingSurface::Pose& p) -> const Vec4& { return p.columns[k]; });
-  };
-  return {vector([](const MovingSurface::Pose& p) -> const Vec4& { return p.position; }),
-          {column(0), column(1), column(2)}};
+  loaded.position = vector([](const MovingSurface::Pose& p) -> const Vec4& { return p.position; });
+  loaded.place.point =
+      vector([](const MovingSurface::Pose& p) -> const Vec4& { return p.place.point; });
+  loaded.place.vector =
+      vector([](const MovingSurface::Pose& p) -> const Vec4& { return p.place.vector; });
+  if (kind == ShapeKind::kSphere || kind == ShapeKind::kPlane) return;
+  for (size_t k = 0; k < 3; ++k) {
+    loaded.place.axes[k] =
+        vector([k](const MovingSurface::Pose& p) -> const Vec4& { return p.place.axes[k]; });
+  }
 }
 
-ClothMotion MotionOf(SurfacesOfCloths surfaces, float duration) {
-  return {.pivot = VectorOf(surfaces, &MovingSurface::pivot),
-          .start = PoseOf(surfaces, &MovingSurface::start),
-          .end = PoseOf(surfaces, &MovingSurface::end),
-          .velocity = VectorOf(surfaces, &MovingSurface::velocity),
-          .angular_velocity = VectorOf(surfaces, &MovingSurface::angular_velocity),
-          .chord_sine = NumberOf(surfaces, &MovingSurface::chord_sine),
-          .chord_cosine = NumberOf(surfaces, &MovingSurface::chord_cosine),
-          .duration = SplatCloths(duration)};
+// What is the same in all substeps.
+void LoadVelocities(SurfacesOfCloths surfaces, float duration, ClothMotion& motion) {
+  motion.velocity = VectorOf(surfaces, &MovingSurface::velocity);
+  motion.angular_velocity = VectorOf(surfaces, &MovingSurface::angular_velocity);
+  motion.chord_sine = NumberOf(surfaces, &MovingSurface::chord_sine);
+  motion.chord_cosine = NumberOf(surfaces, &MovingSurface::chord_cosine);
+  motion.duration = SplatCloths(duration);
 }
 
 // The colliders are where they are in a substep of this index. `surfaces`: those of each cloth,
@@ -117,15 +121,17 @@ void PlaceColliders(std::span<const GroupCloth> cloths, const GroupContext& cont
       surfaces.emplace_back(cloth.controls.colliders[near], cloth.collider_motions[near],
                             substep_s);
     }
-    const SurfacesOfCloths of_cloths = std::span(surfaces).subspan(k * cloths.size());
+    const ShapeKind kind = context.colliders[k].kind;
+    const SurfacesOfCloths of_cloths =
+        std::span(surfaces).subspan(k * cloths.size(), cloths.size());
     if (index == 0) {
-      motion = MotionOf(of_cloths.first(cloths.size()), static_cast<float>(substep_s));
+      LoadVelocities(of_cloths, static_cast<float>(substep_s), motion);
+      LoadPose(of_cloths, &MovingSurface::start, kind, motion.start);
     } else {
       motion.start = motion.end;
-      motion.end = PoseOf(of_cloths.first(cloths.size()), &MovingSurface::end);
     }
-    motion.size =
-        (SumOfSizes(motion.end.position) + SumOfSizes(motion.pivot)) + context.colliders[k].size;
+    LoadPose(of_cloths, &MovingSurface::end, kind, motion.end);
+    motion.size = SumOfSizes(motion.end.position) + SumOfSizes(motion.end.place.point);
   }
 }
 

@@ -10,18 +10,19 @@ namespace drape::cpu {
 
 // The gap of any shape. Not inline: in loops over particles it would slow spheres and
 // planes down.
-Gap GapOfLargerShape(const FloatCollider& collider, Vec4 q);
+Gap GapOfLargerShape(const FloatCollider& collider, const FloatPlace& place, Vec4 q);
 
-inline Gap GapAt(const FloatCollider& collider, Vec4 q) {
+// `place`: where the collider is.
+inline Gap GapAt(const FloatCollider& collider, const FloatPlace& place, Vec4 q) {
   if (collider.kind == ShapeKind::kSphere) {
-    const auto at_q = HWY_NAMESPACE::SphereGap(q, collider.point, collider.offset);
+    const auto at_q = HWY_NAMESPACE::SphereGap(q, place.point, collider.offset);
     return {at_q.gap, at_q.normal};
   }
   if (collider.kind == ShapeKind::kPlane) {
-    const auto at_q = HWY_NAMESPACE::PlaneGap(q, collider.point, collider.vector, collider.offset);
+    const auto at_q = HWY_NAMESPACE::PlaneGap(q, place.point, place.vector, collider.offset);
     return {at_q.gap, at_q.normal};
   }
-  return GapOfLargerShape(collider, q);
+  return GapOfLargerShape(collider, place, q);
 }
 
 // The counterpart of MovingSurface: a collider that rests as described.
@@ -29,7 +30,7 @@ class RestingSurface {
  public:
   explicit RestingSurface(const FloatCollider& collider) : collider_(collider) {}
 
-  Gap GapAtStart(Vec4 p) const { return GapAt(collider_, p); }
+  Gap GapAtStart(Vec4 p) const { return GapAt(collider_, collider_.place, p); }
 
  private:
   const FloatCollider& collider_;

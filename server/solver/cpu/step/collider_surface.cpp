@@ -11,19 +11,12 @@ Vec4 Cross(Vec4 a, Vec4 b) {
 
 }  // namespace
 
-MovingSurface::Pose::Pose(const Eigen::Vector3d& position_m, const Eigen::Quaterniond& rotation)
-    : position(ToVec4(position_m)) {
-  const Eigen::Matrix3d turned = rotation.toRotationMatrix();
-  columns = {ToVec4(turned.col(0)), ToVec4(turned.col(1)), ToVec4(turned.col(2))};
-}
-
 MovingSurface::MovingSurface(const FloatCollider& collider, const RigidMotion& motion,
                              double substep_s)
     : collider_(&collider),
       motion_(motion),
       substep_s_(substep_s),
-      pivot_(ToVec4(motion.pivot_m)),
-      start_(motion.position_m, motion.rotation),
+      start_(PoseAt(motion.position_m)),
       end_(start_),
       velocity_(ToVec4(motion.velocity_m_per_s)),
       angular_velocity_(ToVec4(motion.angular_velocity_rad_per_s)),
@@ -45,24 +38,41 @@ void MovingSurface::Advance() {
 }
 
 void MovingSurface::FindEnd() {
-  const bool turns = turn_.vec() != Eigen::Vector3d::Zero();
-  if (turns) motion_.rotation = (turn_ * motion_.rotation).normalized();
   const Eigen::Vector3d position_m =
       motion_.position_m + motion_.velocity_m_per_s * ((substep_ + 1) * substep_s_);
-  if (turns) {
-    end_ = {position_m, motion_.rotation};
+  if (turn_.vec() != Eigen::Vector3d::Zero()) {
+    motion_.rotation = (turn_ * motion_.rotation).normalized();
+    end_ = PoseAt(position_m);
   } else {
     end_.position = ToVec4(position_m);
+    end_.place.point = PointAt(position_m);
   }
 }
 
-Gap MovingSurface::GapAt(const Pose& pose, Vec4 q) const {
-  const Vec4 d = q - pose.position;
-  const Vec4 described =
-      pivot_ + Vec4{Dot(pose.columns[0], d), Dot(pose.columns[1], d), Dot(pose.columns[2], d), 0};
-  const Gap gap = cpu::GapAt(*collider_, described);
-  return {gap.gap, gap.normal[0] * pose.columns[0] + gap.normal[1] * pose.columns[1] +
-                       gap.normal[2] * pose.columns[2]};
+Vec4 MovingSurface::PointAt(const Eigen::Vector3d& position_m) const {
+  const Eigen::Vector3d arm_m = ToVector3d(collider_->place.point) - motion_.pivot_m;
+  return ToVec4(Eigen::Vector3d(position_m + motion_.rotation * arm_m));
+}
+
+// Each number is rounded once.
+MovingSurface::Pose MovingSurface::PoseAt(const Eigen::Vector3d& position_m) const {
+  const Eigen::Matrix3d rotation = motion_.rotation.toRotationMatrix();
+  const auto turned = [&](Vec4 v) { return ToVec4(Eigen::Vector3d(rotation * ToVector3d(v))); };
+  const FloatPlace& described = collider_->place;
+  const bool is_direction =
+      collider_->kind == ShapeKind::kPlane || collider_->kind == ShapeKind::kCapsule;
+  return {ToVec4(position_m),
+          {PointAt(position_m),
+           is_direction ? turned(described.vector) : described.vector,
+           {turned(described.axes[0]), turned(described.axes[1]), turned(described.axes[2])}}};
+}
+
+Gap MovingSurface::GapAtStart(Vec4 p) const {
+  return GapAt(*collider_, start_.place, p);
+}
+
+Gap MovingSurface::GapAtEnd(Vec4 q) const {
+  return GapAt(*collider_, end_.place, q);
 }
 
 Vec4 MovingSurface::VelocityAtEnd(Vec4 place) const {

@@ -2,7 +2,6 @@
 // counterpart of RestingSurface.
 #pragma once
 
-#include <array>
 #include <cstdint>
 
 #include "server/scene/rigid_motion.h"
@@ -21,21 +20,18 @@ class MovingSurface {
   // To the next substep.
   void Advance();
 
-  Gap GapAtStart(Vec4 p) const { return GapAt(start_, p); }
-  Gap GapAtEnd(Vec4 q) const { return GapAt(end_, q); }
+  Gap GapAtStart(Vec4 p) const;
+  Gap GapAtEnd(Vec4 q) const;
   // Velocity of the point of the collider that is at `place` when the substep ends [m/s].
   Vec4 VelocityAtEnd(Vec4 place) const;
 
-  // A point q lies in the description at pivot + R^T (q - position).
   struct Pose {
-    Pose(const Eigen::Vector3d& position_m, const Eigen::Quaterniond& rotation);
-
-    Vec4 position;
-    std::array<Vec4, 3> columns;  // of R
+    Vec4 position;     // of the pivot [m]
+    FloatPlace place;  // so contacts are those of a collider that rests there
   };
+  const FloatCollider& collider() const { return *collider_; }
   const Pose& start() const { return start_; }
   const Pose& end() const { return end_; }
-  const Vec4& pivot() const { return pivot_; }
   const Vec4& velocity() const { return velocity_; }
   const Vec4& angular_velocity() const { return angular_velocity_; }
   // ChordFactors over the substep.
@@ -49,14 +45,15 @@ class MovingSurface {
 
  private:
   void FindEnd();
-  Gap GapAt(const Pose& pose, Vec4 q) const;
+  // With the rotation of motion_, where its pivot is there.
+  Pose PoseAt(const Eigen::Vector3d& position_m) const;
+  Vec4 PointAt(const Eigen::Vector3d& position_m) const;
 
   const FloatCollider* collider_;
   RigidMotion motion_;       // as at the start of the step, but turned as at the end of the substep
   Eigen::Quaterniond turn_;  // of a substep
   double substep_s_;
   uint32_t substep_ = 0;
-  Vec4 pivot_;
   Pose start_;
   Pose end_;
   Vec4 velocity_;

@@ -23,19 +23,20 @@ constexpr size_t kSampleStride = 16;
 // wherever that is above 0.
 FloatCollider ConvexBound(const FloatCollider& collider) {
   if (collider.kind != ShapeKind::kDistanceMap) return collider;
-  FloatCollider box{ShapeKind::kBox, collider.point, Vec4{}, collider.offset, collider.axes};
+  FloatCollider box{
+      ShapeKind::kBox, {collider.place.point, Vec4{}, collider.place.axes}, collider.offset};
   for (uint32_t k = 0; k < 3; ++k) {
     const auto cells = static_cast<float>(collider.samples.counts[k] - 1);
-    box.vector[k] = cells * collider.samples.cell / 2;
-    box.point += box.vector[k] * box.axes[k];
+    box.place.vector[k] = cells * collider.samples.cell / 2;
+    box.place.point += box.place.vector[k] * box.place.axes[k];
   }
   return box;
 }
 
 // The lengths that gaps in the box are computed from, added up [m].
 float SizeOf(const FloatCollider& collider, const ParticleBox& box) {
-  return Length(Max(Abs(box.low), Abs(box.high))) + Length(collider.point) +
-         Length(collider.vector) + collider.offset;
+  return Length(Max(Abs(box.low), Abs(box.high))) + Length(collider.place.point) +
+         Length(collider.place.vector) + collider.offset;
 }
 
 // Whether all gaps to a convex surface in the box are larger than `way`. A convex body lies behind

@@ -97,35 +97,34 @@ class MovingOfCloth : public MovingSurfaces {
   const VecCloths start_s_, end_s_;
 };
 
+ClothPlace InAllLanes(const FloatPlace& place) {
+  return {SplatVectors(place.point),
+          SplatVectors(place.vector),
+          {SplatVectors(place.axes[0]), SplatVectors(place.axes[1]), SplatVectors(place.axes[2])},
+          place};
+}
+
 // One collider for all lanes.
 ClothCollider InAllLanes(const FloatCollider& collider) {
   ClothCollider result{.kind = collider.kind,
-                       .point = SplatVectors(collider.point),
-                       .vector = SplatVectors(collider.vector),
+                       .place = InAllLanes(collider.place),
                        .offset = SplatCloths(collider.offset),
-                       .size = SplatCloths(collider.size),
-                       .axes = {SplatVectors(collider.axes[0]), SplatVectors(collider.axes[1]),
-                                SplatVectors(collider.axes[2])}};
+                       .size = SplatCloths(collider.size)};
   if (collider.kind == ShapeKind::kDistanceMap) result.map = &collider;
   return result;
 }
 ClothPose InAllLanes(const MovingSurface::Pose& pose) {
-  return {SplatVectors(pose.position),
-          {SplatVectors(pose.columns[0]), SplatVectors(pose.columns[1]),
-           SplatVectors(pose.columns[2])}};
+  return {SplatVectors(pose.position), InAllLanes(pose.place)};
 }
-ClothMotion InAllLanes(const MovingSurface& surface, const FloatCollider& collider,
-                       float substep_s) {
-  ClothMotion motion{.pivot = SplatVectors(surface.pivot()),
-                     .start = InAllLanes(surface.start()),
+ClothMotion InAllLanes(const MovingSurface& surface, float substep_s) {
+  ClothMotion motion{.start = InAllLanes(surface.start()),
                      .end = InAllLanes(surface.end()),
                      .velocity = SplatVectors(surface.velocity()),
                      .angular_velocity = SplatVectors(surface.angular_velocity()),
                      .chord_sine = SplatCloths(surface.chord_sine()),
                      .chord_cosine = SplatCloths(surface.chord_cosine()),
                      .duration = SplatCloths(substep_s)};
-  motion.size =
-      (SumOfSizes(motion.end.position) + SumOfSizes(motion.pivot)) + SplatCloths(collider.size);
+  motion.size = SumOfSizes(motion.end.position) + SumOfSizes(motion.end.place.point);
   return motion;
 }
 

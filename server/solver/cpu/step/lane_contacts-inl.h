@@ -23,27 +23,30 @@ namespace drape::cpu::HWY_NAMESPACE {
 namespace {
 
 // One collider of each cloth, all of one kind (FloatCollider).
+struct ClothPlace {
+  VectorsCloths point, vector;
+  std::array<VectorsCloths, 3> axes;
+  FloatPlace of_map{};  // of a distance map, which is that of one cloth
+};
 struct ClothCollider {
   ShapeKind kind;
-  VectorsCloths point, vector;
+  ClothPlace place;
   VecCloths offset, size;
-  std::array<VectorsCloths, 3> axes;
   const FloatCollider* map = nullptr;  // of one cloth only: the same in all lanes, a distance map
 };
 
 // MovingSurface::Pose of each cloth.
 struct ClothPose {
   VectorsCloths position;
-  std::array<VectorsCloths, 3> columns;
+  ClothPlace place;
 };
 
 // How one collider of each cloth moves in a substep (MovingSurface).
 struct ClothMotion {
-  VectorsCloths pivot;
   ClothPose start, end;
   VectorsCloths velocity, angular_velocity;
   VecCloths chord_sine, chord_cosine, duration;
-  VecCloths size = SplatCloths(0);  // of the frame's and the collider's coordinates, added up [m]
+  VecCloths size = SplatCloths(0);  // of the pivot's and the collider's coordinates, added up [m]
 };
 
 // The impulses of that collider on one particle of each cloth in this substep, times w
@@ -66,13 +69,14 @@ HWY_INLINE MaskCloths Holds(const ClothBox& box, const VectorsCloths& place) {
 
 using ClothGap = Gaps<VecCloths, VectorsCloths>;
 
-HWY_NOINLINE ClothGap MapGap(const VectorsCloths& q, const FloatCollider& map) {
+HWY_NOINLINE ClothGap MapGap(const VectorsCloths& q, const FloatCollider& map,
+                             const FloatPlace& place) {
   alignas(64) float x[kClothCount], y[kClothCount], z[kClothCount], gaps[kClothCount];
   hn::Store(q.x.v, ClothsTag(), x);
   hn::Store(q.y.v, ClothsTag(), y);
   hn::Store(q.z.v, ClothsTag(), z);
   for (size_t lane = 0; lane < kClothCount; ++lane) {
-    const Gap gap = DistanceMapGap(Vec4{x[lane], y[lane], z[lane], 0}, map.point, map.axes,
+    const Gap gap = DistanceMapGap(Vec4{x[lane], y[lane], z[lane], 0}, place.point, place.axes,
                                    map.samples, map.offset);
     gaps[lane] = gap.gap;
     x[lane] = gap.normal[0];
@@ -82,10 +86,11 @@ HWY_NOINLINE ClothGap MapGap(const VectorsCloths& q, const FloatCollider& map) {
   return {LoadCloths(gaps), {LoadCloths(x), LoadCloths(y), LoadCloths(z)}};
 }
 
-HWY_INLINE ClothGap GapAt(const VectorsCloths& q, const ClothCollider& collider) {
-  if (collider.map != nullptr) return MapGap(q, *collider.map);
-  return ShapeGap(collider.kind, q, collider.point, collider.vector, collider.axes,
-                  collider.offset);
+// `place`: where the collider is.
+HWY_INLINE ClothGap GapAt(const VectorsCloths& q, const ClothCollider& collider,
+                          const ClothPlace& place) {
+  if (collider.map != nullptr) return MapGap(q, *collider.map, place.of_map);
+  return ShapeGap(collider.kind, q, place.point, place.vector, place.axes, collider.offset);
 }
 
 class RestingSurfaces {
@@ -94,8 +99,8 @@ class RestingSurfaces {
 
   explicit RestingSurfaces(const ClothCollider& collider) : collider_(collider) {}
 
-  ClothGap GapAtStart(const VectorsCloths& p) const { return GapAt(p, collider_); }
-  ClothGap GapAtEnd(const VectorsCloths& q) const { return GapAt(q, collider_); }
+  ClothGap GapAtStart(const VectorsCloths& p) const { return GapAt(p, collider_, collider_.place); }
+  ClothGap GapAtEnd(const VectorsCloths& q) const { return GapAt(q, collider_, collider_.place); }
   // Of the gap at q [m].
   VecCloths RoundOff(const VectorsCloths& q) const {
     return SplatCloths(kTouchRoundOff) * (SumOfSizes(q) + collider_.size);
@@ -112,8 +117,10 @@ class MovingSurfaces {
   MovingSurfaces(const ClothCollider& collider, const ClothMotion& motion)
       : collider_(collider), motion_(motion) {}
 
-  ClothGap GapAtStart(const VectorsCloths& p) const { return GapFrom(motion_.start, p); }
-  ClothGap GapAtEnd(const VectorsCloths& q) const { return GapFrom(motion_.end, q); }
+  ClothGap GapAtStart(const VectorsCloths& p) const {
+    return GapAt(p, collider_, motion_.start.place);
+  }
+  ClothGap GapAtEnd(const VectorsCloths& q) const { return GapAt(q, collider_, motion_.end.place); }
   // Of the gap at q [m].
   VecCloths RoundOff(const VectorsCloths& q) const {
     return SplatCloths(kTouchRoundOff) * (SumOfSizes(q) + motion_.size);
@@ -139,14 +146,6 @@ class MovingSurfaces {
   }
 
  private:
-  HWY_INLINE ClothGap GapFrom(const ClothPose& pose, const VectorsCloths& q) const {
-    const VectorsCloths d = q - pose.position;
-    const VectorsCloths turned = {Dot(pose.columns[0], d), Dot(pose.columns[1], d),
-                                  Dot(pose.columns[2], d)};
-    const ClothGap gap = GapAt(motion_.pivot + turned, collider_);
-    const VectorsCloths& n = gap.normal;
-    return {gap.gap, n.x * pose.columns[0] + n.y * pose.columns[1] + n.z * pose.columns[2]};
-  }
   VectorsCloths VelocityFrom(const ClothPose& pose, const VectorsCloths& place) const {
     return motion_.velocity + Cross(motion_.angular_velocity, place - pose.position);
   }

@@ -122,7 +122,8 @@ class PlacedColliders {
   size_t size() const { return resting_.size(); }
   // From collider k [m].
   float GapOf(size_t k, Vec4 place) const {
-    return moving_.empty() ? GapAt(resting_[k], place).gap : moving_[k].GapAtEnd(place).gap;
+    return moving_.empty() ? RestingSurface(resting_[k]).GapAtStart(place).gap
+                           : moving_[k].GapAtEnd(place).gap;
   }
 
  private:
