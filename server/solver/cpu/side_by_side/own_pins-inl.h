@@ -78,14 +78,19 @@ void GatherInverseMasses(std::span<const GroupCloth> cloths, const FloatModel& l
 // A cloth that has fewer tethers than others has some of no end.
 void GatherTethers(const ModelOfLane& models, const OwnPins& own_pins) {
   const std::vector<uint32_t>& offsets = own_pins.lists->tether_offsets;
+  if (offsets.size() <= 1) return;
+  std::vector<TethersOfLane> lanes;
+  for (const FloatModel* const model : models) lanes.emplace_back(*model);
   for (uint32_t i = 0; i + 1 < offsets.size(); ++i) {
     for (uint32_t t = offsets[i]; t < offsets[i + 1]; ++t) {
-      own_pins.tether_lengths[t] = NumberOfModels(models, [&](const FloatModel& model) {
-        const std::span<const uint32_t> own = model.source->tether_offsets();
-        const uint32_t place = own[i] + (t - offsets[i]);
-        return place < own[i + 1] ? model.single_tethers[place].length
-                                  : std::numeric_limits<float>::infinity();
-      });
+      alignas(64) float lengths[kClothCount];
+      for (size_t lane = 0; lane < kClothCount; ++lane) {
+        const uint32_t* const own = lanes[lane].offsets + i;
+        const uint32_t place = own[0] + (t - offsets[i]);
+        lengths[lane] = place < own[1] ? lanes[lane].tethers[place].length
+                                       : std::numeric_limits<float>::infinity();
+      }
+      own_pins.tether_lengths[t] = LoadCloths(lengths);
     }
   }
 }

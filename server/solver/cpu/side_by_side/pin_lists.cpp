@@ -27,7 +27,9 @@ void PinLists::Make(std::span<const Lane> lanes, const FloatModel& layout) {
       std::ranges::all_of(lanes, [&](const Lane& lane) { return lane.model == lanes[0].model; });
   one_model = have_one_model ? lanes[0].model : nullptr;
   if (have_one_model) return;
-  for (uint32_t i = 0; i < layout.particle_count; ++i) ListTethers(lanes, i);
+  std::vector<TethersOfLane> of_lanes;
+  for (const Lane& lane : lanes) of_lanes.emplace_back(*lane.model);
+  for (uint32_t i = 0; i < layout.particle_count; ++i) ListTethers(of_lanes, i);
 }
 
 void PinLists::ListHolds(std::span<const Lane> lanes) {
@@ -80,23 +82,19 @@ void PinLists::MarkLinks(const FloatModel& layout) {
   }
 }
 
-void PinLists::ListTethers(std::span<const Lane> lanes, uint32_t particle) {
-  const auto offset = [&](const FloatModel* model, uint32_t i) {
-    return model->source->tether_offsets()[i];
-  };
+void PinLists::ListTethers(std::span<const TethersOfLane> lanes, uint32_t particle) {
   uint32_t count = 0;
-  for (const Lane& lane : lanes) {
-    count = std::max(count, offset(lane.model, particle + 1) - offset(lane.model, particle));
+  for (const TethersOfLane& lane : lanes) {
+    count = std::max(count, lane.offsets[particle + 1] - lane.offsets[particle]);
   }
   for (uint32_t rank = 0; rank < count; ++rank) {
     constexpr uint32_t kNone = ~uint32_t{0};
     const auto begin = static_cast<uint32_t>(tether_ends.size());
     uint32_t first_pin = kNone;
     for (size_t lane = 0; lane < lanes.size(); ++lane) {
-      const FloatModel* const model = lanes[lane].model;
-      const uint32_t own = offset(model, particle) + rank;
-      if (own >= offset(model, particle + 1)) continue;
-      const uint32_t pin = model->single_tethers[own].pin_index;
+      const uint32_t own = lanes[lane].offsets[particle] + rank;
+      if (own >= lanes[lane].offsets[particle + 1]) continue;
+      const uint32_t pin = lanes[lane].tethers[own].pin_index;
       if (first_pin == kNone) first_pin = pin;
       if (pin != first_pin) AddEnd(pin, uint32_t{1} << lane, begin);
     }

@@ -31,6 +31,15 @@ struct OwnTether {
   uint32_t others_end;
 };
 
+// The tethers of a model, where loops over lanes find them.
+struct TethersOfLane {
+  explicit TethersOfLane(const FloatModel& model)
+      : offsets(model.source->tether_offsets().data()), tethers(model.single_tethers.data()) {}
+
+  const uint32_t* offsets;  // [particle_count + 1]
+  const SingleTether* tethers;
+};
+
 // Made anew for each step; kept only to save allocations.
 struct PinLists {
   // The cloth in each lane.
@@ -63,7 +72,7 @@ struct PinLists {
   void MarkLinks(const FloatModel& layout);
   // Of the tether whose ends begin there.
   void AddEnd(uint32_t pin, uint32_t cloth, uint32_t begin);
-  void ListTethers(std::span<const Lane> lanes, uint32_t particle);
+  void ListTethers(std::span<const TethersOfLane> lanes, uint32_t particle);
 };
 
 }  // namespace drape::cpu
