@@ -6,63 +6,17 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <string>
 #include <vector>
 
-#include "tests/surface_contact/random_solids.h"
+#include "tests/surface_contact/lowest_point_test.h"
 
 namespace drape::surface_contact {
 namespace {
 
 using self_contact::FromVector;
-using self_contact::ToVector;
 using test::kConvexKinds;
-using test::RandomSolids;
 
-constexpr double kThickness_m = 0.003;
-constexpr float kLeast_m = 1e-5f;
-
-template <class V>
-class LowestPointTest : public testing::Test {
- protected:
-  using Real = ScalarOf<V>;
-  // Coordinates below 1 m; some 30 operations on them, the last of which divide by lengths of a
-  // tenth.
-  static constexpr double kRounding_m = 300 * std::numeric_limits<Real>::epsilon();
-
-  static double GapOf(const Collider& collider, const Eigen::Vector3d& x) {
-    return SurfaceOf(collider, x).distance_m - kThickness_m;
-  }
-  // The lowest of `count` + 1 places of an edge: off by no more than half an interval.
-  static double LowestOf(const Collider& collider, const Eigen::Vector3d& a,
-                         const Eigen::Vector3d& b, int count = 2000) {
-    double lowest = std::numeric_limits<double>::infinity();
-    for (int k = 0; k <= count; ++k) {
-      lowest = std::min(lowest, GapOf(collider, a + (b - a) * k / count));
-    }
-    return lowest;
-  }
-  static double LowestOf(const Collider& collider, const std::array<Eigen::Vector3d, 3>& corners,
-                         int count = 100) {
-    double lowest = std::numeric_limits<double>::infinity();
-    for (int i = 0; i <= count; ++i) {
-      for (int j = 0; i + j <= count; ++j) {
-        lowest =
-            std::min(lowest, GapOf(collider, corners[0] + (corners[1] - corners[0]) * i / count +
-                                                 (corners[2] - corners[0]) * j / count));
-      }
-    }
-    return lowest;
-  }
-  static double RimOf(const Collider& collider, const std::array<Eigen::Vector3d, 3>& corners) {
-    return std::min({LowestOf(collider, corners[0], corners[1], 400),
-                     LowestOf(collider, corners[1], corners[2], 400),
-                     LowestOf(collider, corners[2], corners[0], 400)});
-  }
-};
-
-using Vectors = testing::Types<self_contact::Vector3f, self_contact::Vector3d>;
 TYPED_TEST_SUITE(LowestPointTest, Vectors);
 
 TYPED_TEST(LowestPointTest, TheDistanceIsThatOfTheCollider) {
@@ -377,47 +331,6 @@ TYPED_TEST(LowestPointTest, InTheRoomAboveAFaceNothingIsLowestInside) {
                   this->kRounding_m);
   }
   EXPECT_GT(rooms, 200);
-}
-
-// A ball as a distance map: edges and triangles as those above the ball, but for the error of the
-// map (3/8 cell^2 / R) and of its facets.
-TYPED_TEST(LowestPointTest, AboveADistanceMap) {
-  constexpr double kRadius_m = 0.2;
-  const auto map = test::BallMap(kRadius_m, 48);
-  const double off_m = 0.375 * map->cell_m() * map->cell_m() / kRadius_m +
-                       test::LargestSagitta(test::SphereMesh(kRadius_m, 4), kRadius_m) + 1e-4;
-  RandomSolids random(5);
-  int edges = 0, triangles = 0;
-  for (int k = 0; k < 100; ++k) {
-    const RigidTransform pose{random.Point(0.2), random.Rotation()};
-    const Collider collider = DistanceMapAt(map, pose);
-    const Solid<TypeParam> solid(collider, kThickness_m);
-    // Corners on a sphere a little larger.
-    const Eigen::Vector3d up = random.Point(1).normalized();
-    std::array<TypeParam, 3> corners;
-    std::array<Eigen::Vector3d, 3> exact;
-    for (size_t c = 0; c < 3; ++c) {
-      const Eigen::Vector3d direction = (up + random.Point(0.25)).normalized();
-      exact[c] = pose.position_m + (kRadius_m + 0.002) * direction;
-      corners[c] = ToVector<TypeParam>(exact[c]);
-    }
-    const double length = (exact[1] - exact[0]).norm();
-    const double sag = kRadius_m - std::sqrt(kRadius_m * kRadius_m - length * length / 4);
-    const auto lowest = LowestOnEdge<TypeParam>(solid, corners[0], corners[1], kLeast_m);
-    if (sag > 2 * off_m) {
-      ASSERT_TRUE(lowest.is_inside) << k;
-      ++edges;
-      EXPECT_NEAR(lowest.gap,
-                  this->LowestOf(SphereAt(pose.position_m, kRadius_m), exact[0], exact[1]), off_m);
-    }
-    const auto on_triangle = LowestOnTriangle<TypeParam>(solid, corners, kLeast_m);
-    if (!on_triangle.is_inside) continue;
-    ++triangles;
-    EXPECT_NEAR(on_triangle.gap, this->LowestOf(SphereAt(pose.position_m, kRadius_m), exact),
-                off_m + 5e-4);
-  }
-  EXPECT_GT(edges, 30);
-  EXPECT_GT(triangles, 8);
 }
 
 // Where a path meets a solid, against trying it place by place.

@@ -13,7 +13,9 @@ using self_contact::Cross;
 using self_contact::Dot;
 using self_contact::Length;
 
-constexpr int kTriangleTries = 12;
+constexpr int kTriangleTries = 16;
+// What is flatter than this above a distance map is level [-].
+constexpr float kLevelDip = 1e-3f;
 
 // Barycentric coordinates of the point of the triangle's plane that is nearest to x.
 template <class V>
@@ -48,57 +50,61 @@ V PointOf(const std::array<V, 3>& corners, const std::array<ScalarOf<V>, 3>& wei
          weights[2] * (corners[2] - corners[0]);
 }
 
-// By steps along the slope, as long as the last two suggest (Barzilai and Borwein 1988).
+// The shortest mean of two slopes: what is left of them on the ridge between.
+template <class V>
+V ShortestMean(const V& a, const V& b) {
+  using Real = ScalarOf<V>;
+  const V d = a - b;
+  const Real length_sq = Dot(d, d);
+  if (!(length_sq > 0)) return a;
+  const Real share = std::clamp(Dot(a, d) / length_sq, Real{0}, Real{1});
+  return a - share * d;
+}
+
+// Down the slope as long as that leads lower; where it does not there is a ridge, along which the
+// mean of the slopes on both sides leads (a bundle of two: Lemarechal 1975).
 template <class V>
 LowestPoint<V> LowestOnTriangleAboveMap(const Solid<V>& solid, const std::array<V, 3>& corners,
                                         const V& normal, ScalarOf<V> least) {
   using Real = ScalarOf<V>;
-  Real lowest_corner = std::numeric_limits<Real>::max();
-  Real bound = std::numeric_limits<Real>::lowest();
   const V centre = PointOf<V>(corners, {Real{1} / 3, Real{1} / 3, Real{1} / 3});
+  Real lowest_corner = std::numeric_limits<Real>::max(), radius = 0;
   for (const V& corner : corners) {
     lowest_corner = std::min(lowest_corner, solid.At(corner).gap);
-    bound = std::max(bound, -Length(V(corner - centre)));
+    radius = std::max(radius, Length(V(corner - centre)));
   }
-  V x = centre;
-  Gap<V> at = solid.At(x);
-  Real radius = 0;
-  for (const V& corner : corners) radius = std::max(radius, Length(V(corner - centre)));
-  bound = at.gap - radius;
+  Gap<V> at = solid.At(centre);
+  const Real bound = at.gap - radius;
   if (bound > 0) return {.gap = bound};
-  V best = x;
+  V best = centre;
   Gap<V> best_at = at;
   const auto slope_of = [&](const Gap<V>& gap) {
     return V(gap.normal - Dot(gap.normal, normal) * normal);
   };
   V slope = slope_of(at);
   Real step = radius / 2;
+  bool is_at_rim = false;
   for (int k = 0; k < kTriangleTries; ++k) {
-    const V move = -step * slope;
-    const V next = x + move;
-    if (!AreInside<V>(WeightsAt(corners, next), kLeastWeight)) {
-      step /= 4;
+    const Real steepness = Length(slope);
+    if (!(steepness > kLevelDip)) break;
+    const V next = best - (step / steepness) * slope;
+    is_at_rim = !AreInside<V>(WeightsAt(corners, next), kLeastWeight);
+    if (is_at_rim) {
+      step /= 3;
       continue;
     }
     at = solid.At(next);
-    const V next_slope = slope_of(at);
     if (at.gap < best_at.gap) {
       best = next;
       best_at = at;
+      slope = slope_of(at);
+    } else {
+      if (step <= solid.cell()) slope = ShortestMean(slope, slope_of(at));
+      step /= 2;
     }
-    const V change = next_slope - slope;
-    const Real along = Dot(move, change);
-    step = along > 0 ? std::min(Dot(move, move) / along, radius) : step / 2;
-    x = next;
-    slope = next_slope;
   }
   const auto weights = WeightsAt(corners, best);
-  // A dip inside: the slope has nearly gone.
-  const Real level = Length(slope_of(best_at));
-  if (!AreInside<V>(weights, kLeastWeight) || lowest_corner - best_at.gap <= least ||
-      level > Real{0.25}) {
-    return {.gap = bound};
-  }
+  if (is_at_rim || lowest_corner - best_at.gap <= least) return {.gap = bound};
   const V across = Dot(best_at.normal, normal) < 0 ? V(-normal) : normal;
   return {.is_inside = true, .weights = weights, .normal = across, .gap = best_at.gap};
 }
