@@ -4,10 +4,10 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <random>
 
 #include "server/solver/cpu/model/float_controls.h"
 #include "server/solver/cpu/model/float_model.h"
+#include "tests/cpu/random_places.h"
 #include "tests/support/reach_scenes.h"
 #include "tests/support/scenes.h"
 
@@ -18,25 +18,12 @@ using Eigen::Vector3d;
 
 constexpr double kOneSubstep_s = 1.0 / 3000;
 
-class AnyMotions {
- public:
-  explicit AnyMotions(uint32_t seed) : random_(seed), size_m_(std::pow(10, Between(-1, 2))) {}
-  double Between(double low, double high) {
-    return std::uniform_real_distribution<double>(low, high)(random_);
-  }
-  Vector3d Vector() { return Vector3d(Between(-1, 1), Between(-1, 1), Between(-1, 1)); }
-  Vector3d Place() { return size_m_ * Vector(); }
-  RigidMotion Turned(const Vector3d& pivot_m) {
-    RigidMotion motion = RigidMotion::AtRest(pivot_m);
-    motion.position_m = Place();
-    motion.rotation = Eigen::Quaterniond(Eigen::AngleAxisd(Between(0, 6), Vector().normalized()));
-    return motion;
-  }
-
- private:
-  std::mt19937 random_;
-  double size_m_;
-};
+RigidMotion Turned(RandomPlaces& places, const Vector3d& pivot_m) {
+  RigidMotion motion = RigidMotion::AtRest(pivot_m);
+  motion.position_m = places.Any();
+  motion.rotation = places.Rotation();
+  return motion;
+}
 
 float SizeOf(Vec4 v) {
   return std::abs(v[0]) + std::abs(v[1]) + std::abs(v[2]);
@@ -58,16 +45,16 @@ TEST(MovingSurfaceTest, HasTheGapsOfWhatRestsThere) {
   const auto kinds = test::EveryKind(0);
   uint32_t outside = 0;
   for (uint32_t seed = 0; seed < 3000; ++seed) {
-    AnyMotions random(seed);
+    RandomPlaces random(seed);
     test::Scene scene = test::SizedCloth(9, false);
     const Collider& described = kinds[seed % kinds.size()].second;
     // Distances of maps are compared within their grid, where both interpolate the same.
     if (described.kind() == ShapeKind::kDistanceMap) continue;
-    scene.parameters.colliders = {Moved(described, random.Turned(CentreOf(described)))};
+    scene.parameters.colliders = {Moved(described, Turned(random, CentreOf(described)))};
     const Collider& collider = scene.parameters.colliders[0];
     const FloatModel model(scene.model);
     const FloatControls controls(model, scene.parameters, false);
-    RigidMotion motion = random.Turned(CentreOf(collider) + random.Vector());
+    RigidMotion motion = Turned(random, CentreOf(collider) + random.Vector());
     motion.velocity_m_per_s = 10 * random.Vector();
     if (seed % 3 != 0) motion.angular_velocity_rad_per_s = 30 * random.Vector();
     MovingSurface surface(controls.colliders[0], motion, kOneSubstep_s);

@@ -3,10 +3,8 @@
 
 #include <gtest/gtest.h>
 
-#include <cmath>
-#include <random>
-
 #include "server/solver/cpu/step/collider_surface.h"
+#include "tests/cpu/random_places.h"
 #include "tests/support/reach_scenes.h"
 #include "tests/support/scenes.h"
 
@@ -17,20 +15,6 @@ using namespace HWY_NAMESPACE;  // one lane
 using Eigen::Vector3d;
 
 constexpr double kSubstep_s = 1.0 / 3000;
-
-class RandomPlaces {
- public:
-  explicit RandomPlaces(uint32_t seed) : random_(seed), size_m_(std::pow(10, Between(-1, 2.5))) {}
-  double Between(double low, double high) {
-    return std::uniform_real_distribution<double>(low, high)(random_);
-  }
-  Vector3d Any() { return size_m_ * Vector3d(Between(-1, 1), Between(-1, 1), Between(-1, 1)); }
-  Vector3d Direction() { return Any().normalized(); }
-
- private:
-  std::mt19937 random_;
-  double size_m_;
-};
 
 struct ClearCount {
   uint32_t clear = 0, all = 0;
@@ -68,8 +52,7 @@ TEST(LaneClearanceTest, WhatIsClearDoesNotTouch) {
     const Collider& described = kinds[seed % kinds.size()].second;
     RigidMotion motion = RigidMotion::AtRest(CentreOf(described));
     motion.position_m = 2 * places.Any();
-    motion.rotation =
-        Eigen::Quaterniond(Eigen::AngleAxisd(places.Between(0, 6), places.Direction()));
+    motion.rotation = places.Rotation();
     scene.parameters.colliders = {Moved(described, motion)};
     const FloatModel model(scene.model);
     const FloatControls controls(model, scene.parameters, false);

@@ -143,12 +143,7 @@ TYPED_TEST(LowestPointTest, ATriangleThatTiltsOverAnEdgeHasTheCorner) {
       const Eigen::Vector3d n =
           turn * Eigen::Vector3d(1, random.Between(0.5, 2), slope).normalized();
       const double gap = random.Between(-0.001, 0.004);
-      const Eigen::Vector3d along = n.unitOrthogonal(), across = n.cross(along);
-      const Eigen::Vector3d foot = corner + (gap + kThickness_m) * n;
-      const double u = random.Between(0.02, 0.04), v = random.Between(0.02, 0.04);
-      const std::array<TypeParam, 3> corners{ToVector<TypeParam>(foot - u * along - v * across),
-                                             ToVector<TypeParam>(foot + 2 * u * along),
-                                             ToVector<TypeParam>(foot - u * along + v * across)};
+      const auto corners = TriangleAround<TypeParam>(random, corner + (gap + kThickness_m) * n, n);
       LowestPoint<TypeParam> lowest = LowestOnTriangle<TypeParam>(solid, corners, kLeast_m);
       SCOPED_TRACE(std::to_string(k) + " " + std::to_string(slope));
       EXPECT_EQ(lowest.is_inside, slope > 0);
@@ -177,12 +172,8 @@ TYPED_TEST(LowestPointTest, ATriangleThatTiltsBesideACapsuleHasItsEnd) {
     for (const double slope : {-0.05, -0.01, 0.01, 0.05, 0.2}) {
       const Eigen::Vector3d n = (side + slope * axis).normalized();
       const double gap = random.Between(-0.001, 0.004);
-      const Eigen::Vector3d along = n.unitOrthogonal(), across = n.cross(along);
-      const Eigen::Vector3d foot = end + (gap + radius + kThickness_m) * n;
-      const double u = random.Between(0.02, 0.04), v = random.Between(0.02, 0.04);
-      const std::array<TypeParam, 3> corners{ToVector<TypeParam>(foot - u * along - v * across),
-                                             ToVector<TypeParam>(foot + 2 * u * along),
-                                             ToVector<TypeParam>(foot - u * along + v * across)};
+      const auto corners =
+          TriangleAround<TypeParam>(random, end + (gap + radius + kThickness_m) * n, n);
       LowestPoint<TypeParam> lowest = LowestOnTriangle<TypeParam>(solid, corners, kLeast_m);
       SCOPED_TRACE(std::to_string(k) + " " + std::to_string(slope));
       EXPECT_EQ(lowest.is_inside, slope < 0);

@@ -57,6 +57,16 @@ class LowestPointTest : public testing::Test {
   }
 };
 
+// Its centre and normal.
+template <class V>
+std::array<V, 3> TriangleAround(RandomSolids& random, const Eigen::Vector3d& centre,
+                                const Eigen::Vector3d& n) {
+  const Eigen::Vector3d along = n.unitOrthogonal(), across = n.cross(along);
+  const double u = random.Between(0.02, 0.04), v = random.Between(0.02, 0.04);
+  return {ToVector<V>(centre - u * along - v * across), ToVector<V>(centre + 2 * u * along),
+          ToVector<V>(centre - u * along + v * across)};
+}
+
 using Vectors = testing::Types<self_contact::Vector3f, self_contact::Vector3d>;
 
 }  // namespace drape::surface_contact

@@ -58,7 +58,7 @@ void SurfaceContacts<V>::Find(std::span<const V> positions, std::span<const V> v
     if (solid.needs_search) Search(solid, positions, velocities);
     solid.expected = static_cast<Real>(kWayMargin) * solid.particle_way + fall + solid.own_way;
     for (const uint32_t c : solid.wakes.FindDue(substep_, solid.expected)) {
-      Look(solid, c, velocities, positions);
+      Look(solid, c, positions, velocities);
     }
     has_starts_ |= solid.has_any();
   }
@@ -83,8 +83,8 @@ void SurfaceContacts<V>::Find(std::span<const V> positions, std::span<const V> v
 }
 
 template <class V>
-void SurfaceContacts<V>::Look(SolidState& solid, size_t index, std::span<const V> velocities,
-                              std::span<const V> positions) {
+void SurfaceContacts<V>::Look(SolidState& solid, size_t index, std::span<const V> positions,
+                              std::span<const V> velocities) {
   Contact& contact = solid.candidates[index];
   const PlacedSolid<V>& placed = solid.placed;
   const Real way = solid.wakes.WayOf(index);

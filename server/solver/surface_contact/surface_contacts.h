@@ -2,7 +2,6 @@
 // (server/solver/method.md, "Edges and triangles"), in single or double precision.
 #pragma once
 
-#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <span>
@@ -139,8 +138,8 @@ class SurfaceContacts {
   void FindPassing(SolidState& solid, std::span<const V> positions);
   bool FindMeeting(Contact& contact, const V* base, const V* u, Real interval) const;
   bool FindMeetingOfEdge(Contact& contact, const V* base, const V* u, Real interval) const;
-  void Look(SolidState& solid, size_t index, std::span<const V> velocities,
-            std::span<const V> positions);
+  void Look(SolidState& solid, size_t index, std::span<const V> positions,
+            std::span<const V> velocities);
   LowestPoint<V> LowestOf(const SolidState& solid, uint32_t count, const std::array<V, 3>& places);
   bool FindPlane(SolidState& solid, size_t index, const std::array<V, 3>& described);
   void Activate(Contact& contact, std::span<const V> positions, std::span<const V> velocities);

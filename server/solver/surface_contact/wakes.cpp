@@ -1,6 +1,7 @@
 #include "server/solver/surface_contact/wakes.h"
 
 #include <bit>
+#include <numeric>
 
 namespace drape::surface_contact {
 
@@ -13,16 +14,14 @@ void Wakes<Real>::Begin(uint32_t particle_count, std::vector<Corners> corners) {
   first_wakes_.assign(particle_count, kMost);
   offsets_.assign(particle_count + 1, 0);
   for (const Corners& its : corners_) {
-    for (const uint32_t i : its) ++offsets_[i + 1];
+    for (const uint32_t i : its) ++offsets_[i];
   }
-  for (uint32_t i = 0; i < particle_count; ++i) offsets_[i + 1] += offsets_[i];
+  // First where the parts of each particle end; from the last part on, down to where they begin.
+  std::partial_sum(offsets_.begin(), offsets_.end(), offsets_.begin());
   parts_.resize(offsets_.back());
-  // From the last one on, which leaves each offset where it begins.
   for (size_t part = corners_.size(); part-- > 0;) {
-    for (const uint32_t i : corners_[part]) parts_[--offsets_[i + 1]] = static_cast<uint32_t>(part);
+    for (const uint32_t i : corners_[part]) parts_[--offsets_[i]] = static_cast<uint32_t>(part);
   }
-  for (uint32_t i = 0; i < particle_count; ++i) offsets_[i] = offsets_[i + 1];
-  offsets_[particle_count] = static_cast<uint32_t>(parts_.size());
   again_.clear();
   timed_.clear();
   first_timed_ = 0;

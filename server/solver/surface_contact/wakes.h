@@ -23,7 +23,6 @@ class Wakes {
   // From a search on: particles have come no way; parts wait for the ways that Wait tells.
   void Begin(uint32_t particle_count, std::vector<Corners> corners);
 
-  size_t part_count() const { return corners_.size(); }
   const Corners& corners(size_t part) const { return corners_[part]; }
   // A particle has moved on by this [m].
   void Move(uint32_t particle, Real way) { ways_[particle] += way; }
@@ -33,7 +32,8 @@ class Wakes {
     return std::max({ways_[i], ways_[j], ways_[k]});
   }
 
-  // The part is looked at when a corner may have come this much farther [m], or in that substep.
+  // The part is looked at when a corner may have come this much farther [m], or in that substep,
+  // which is none before those that others wait for already.
   void Wait(size_t part, Real way, uint32_t substep = kNever);
   // It is looked at in the next substep.
   void LookAgain(size_t part);

@@ -76,11 +76,9 @@ void GatherInverseMasses(std::span<const GroupCloth> cloths, const FloatModel& l
 }
 
 // A cloth that has fewer tethers than others has some of no end.
-void GatherTethers(const ModelOfLane& models, const OwnPins& own_pins) {
+void GatherTethers(const OwnPins& own_pins) {
   const std::vector<uint32_t>& offsets = own_pins.lists->tether_offsets;
-  if (offsets.size() <= 1) return;
-  std::vector<TethersOfLane> lanes;
-  for (const FloatModel* const model : models) lanes.emplace_back(*model);
+  const std::span<const TethersOfLane> lanes = own_pins.lists->tethers_of_lanes;
   for (uint32_t i = 0; i + 1 < offsets.size(); ++i) {
     for (uint32_t t = offsets[i]; t < offsets[i + 1]; ++t) {
       alignas(64) float lengths[kClothCount];
@@ -130,7 +128,7 @@ void GatherOwnPins(std::span<const GroupCloth> cloths, const GroupContext& conte
   if (!context.has_own_pins()) return;
   const ModelOfLane models = ModelsOf(cloths);
   GatherInverseMasses(cloths, context.model, context.own_pins);
-  GatherTethers(models, context.own_pins);
+  GatherTethers(context.own_pins);
   GatherSpans(models, context.model, context.own_pins);
   GatherPins(cloths, context);
 }

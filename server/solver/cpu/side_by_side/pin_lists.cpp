@@ -20,6 +20,7 @@ void PinLists::Make(std::span<const Lane> lanes, const FloatModel& layout) {
     if (held_by[i] != all_cloths) released.push_back(i);
   }
   MarkLinks(layout);
+  tethers_of_lanes.clear();
   tether_offsets.assign(1, 0);
   tethers.clear();
   tether_ends.clear();
@@ -27,9 +28,8 @@ void PinLists::Make(std::span<const Lane> lanes, const FloatModel& layout) {
       std::ranges::all_of(lanes, [&](const Lane& lane) { return lane.model == lanes[0].model; });
   one_model = have_one_model ? lanes[0].model : nullptr;
   if (have_one_model) return;
-  std::vector<TethersOfLane> of_lanes;
-  for (const Lane& lane : lanes) of_lanes.emplace_back(*lane.model);
-  for (uint32_t i = 0; i < layout.particle_count; ++i) ListTethers(of_lanes, i);
+  for (const Lane& lane : lanes) tethers_of_lanes.emplace_back(*lane.model);
+  for (uint32_t i = 0; i < layout.particle_count; ++i) ListTethers(i);
 }
 
 void PinLists::ListHolds(std::span<const Lane> lanes) {
@@ -82,7 +82,8 @@ void PinLists::MarkLinks(const FloatModel& layout) {
   }
 }
 
-void PinLists::ListTethers(std::span<const TethersOfLane> lanes, uint32_t particle) {
+void PinLists::ListTethers(uint32_t particle) {
+  const std::span<const TethersOfLane> lanes = tethers_of_lanes;
   uint32_t count = 0;
   for (const TethersOfLane& lane : lanes) {
     count = std::max(count, lane.offsets[particle + 1] - lane.offsets[particle]);

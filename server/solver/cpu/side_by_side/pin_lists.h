@@ -31,7 +31,7 @@ struct OwnTether {
   uint32_t others_end;
 };
 
-// The tethers of a model, where loops over lanes find them.
+// The tethers of the model in a lane.
 struct TethersOfLane {
   explicit TethersOfLane(const FloatModel& model)
       : offsets(model.source->tether_offsets().data()), tethers(model.single_tethers.data()) {}
@@ -61,8 +61,9 @@ struct PinLists {
   // layout.
   std::vector<uint8_t> has_own_link;
   const FloatModel* one_model = nullptr;  // of all cloths; null: they have several
-  // Of several models, the tethers of each particle, the nearest pin of each cloth first:
-  // [particle_count + 1].
+  // Of several models, those of each lane, and of all together the tethers of each particle, the
+  // nearest pin of each cloth first: offsets [particle_count + 1].
+  std::vector<TethersOfLane> tethers_of_lanes;
   std::vector<uint32_t> tether_offsets;
   std::vector<OwnTether> tethers;
   std::vector<TetherEnd> tether_ends;
@@ -72,7 +73,7 @@ struct PinLists {
   void MarkLinks(const FloatModel& layout);
   // Of the tether whose ends begin there.
   void AddEnd(uint32_t pin, uint32_t cloth, uint32_t begin);
-  void ListTethers(std::span<const TethersOfLane> lanes, uint32_t particle);
+  void ListTethers(uint32_t particle);
 };
 
 }  // namespace drape::cpu

@@ -22,12 +22,14 @@ HWY_BEFORE_NAMESPACE();
 namespace drape::cpu::HWY_NAMESPACE {
 namespace {
 
-// One collider of each cloth, all of one kind (FloatCollider).
+// Where one collider of each cloth is (FloatPlace).
 struct ClothPlace {
   VectorsCloths point, vector;
   std::array<VectorsCloths, 3> axes;
   FloatPlace of_map{};  // of a distance map, which is that of one cloth
 };
+
+// One collider of each cloth, all of one kind (FloatCollider).
 struct ClothCollider {
   ShapeKind kind;
   ClothPlace place;
