@@ -33,7 +33,7 @@ using std::chrono::milliseconds;
 constexpr milliseconds kGoodbye{1'000};
 // Time after the grace of a drain until the process counts as hanging.
 constexpr milliseconds kStopPatience{5'000};
-// The same for the last checkpoints.
+// The same for the last checkpoint of each session.
 constexpr milliseconds kWritePatience{60'000};
 
 Status Serve(Config config, const std::vector<std::string>& arguments) {
@@ -94,7 +94,7 @@ Status Serve(Config config, const std::vector<std::string>& arguments) {
   api::AdminService admin(for_operators, false), trusted_admin(for_operators, true);
   const auto admin_server = StartAdmin(config, trusted_admin);
   if (status.ok()) status = admin_server.status();
-  auto server = api::GrpcServer::Start(*options, {&service, &admin});
+  auto server = status.ok() ? api::GrpcServer::Start(*options, {&service, &admin}) : status;
   if (status.ok()) {
     status = server.ok() ? WritePortFile(config.port_file, (*server)->port()) : server.status();
   }
@@ -120,9 +120,9 @@ Status Serve(Config config, const std::vector<std::string>& arguments) {
   }
   pictures.Stop();  // while the backend is there, whose context it may share
   checkpoints.Stop();
-  (*scheduler)
-      ->Drain(status.ok() ? int64_t{config.drain_grace_ms} * 1000 : 0, checkpoints.LastCommand());
-  checkpoints.WriteLast();
+  const int64_t grace_us = status.ok() ? int64_t{config.drain_grace_ms} * 1000 : 0;
+  const auto on_written = [&] { guard ? guard->Extend(kWritePatience) : void(); };
+  (*scheduler)->Drain(grace_us, checkpoints.LastCommand(on_written));
   if (server.ok()) (*server)->Shutdown(kGoodbye);
   if (admin_server.ok() && *admin_server) (*admin_server)->Shutdown(kGoodbye);
   return status;

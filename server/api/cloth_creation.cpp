@@ -43,6 +43,13 @@ Result<v1::CreateClothsResponse> ToAnswer(const Result<CreatedCloths>& created) 
   return answer;
 }
 
+// The ids, as the numbers of 64 bits that they are at most, and the shape. Counted before there is
+// an answer, and for a repetition, too: a few bytes of a request may ask for 65 536 ids.
+uint64_t MostAnswerBytes(const CheckedCreation& checked) {
+  constexpr uint64_t kIdBytes = 10, kShapeBytes = 1024;
+  return checked.copies.size() * kIdBytes + kShapeBytes;
+}
+
 // An override without settings of its own has those of the spec.
 Status CheckStepCosts(const SceneModel& model, const CheckedCreation& checked) {
   for (size_t k = 0; k < checked.copies.size(); ++k) {
@@ -107,7 +114,7 @@ void StartCreation(const ServiceContext& context, const Caller& caller,
   if (!session.ok()) return done(session.status());
 
   Result<std::shared_ptr<void>> held =
-      context.unread->Take((*session)->owner(), request.ByteSizeLong());
+      context.unread->Take((*session)->owner(), request.ByteSizeLong() + MostAnswerBytes(*checked));
   if (!held.ok()) return done(held.status());
   hold(std::move(held).value());
   auto meshes = WithinMemory([&]() -> Result<std::vector<ColliderMesh>> {

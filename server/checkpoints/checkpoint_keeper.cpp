@@ -24,12 +24,17 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr size_t kMaxExpiredFiles = 64;
-constexpr size_t kHashDigits = 32;
+constexpr size_t kMaxExpiredFiles = 64;  // of a tenant
+constexpr size_t kHashDigits = 32, kTenantDigits = 8;
 
 // The name of a session is a secret: files are called by a hash of it.
 std::string FileStem(const std::string& session_name) {
   return HexOf(api::Sha256Of(session_name)).substr(0, kHashDigits);
+}
+
+// Of the files that the tenant's expired sessions leave.
+std::string ExpiredPrefix(const std::string& tenant) {
+  return HexOf(api::Sha256Of(tenant)).substr(0, kTenantDigits) + "-";
 }
 
 FormerSession DescriptionOf(const Session& session) {
@@ -61,9 +66,11 @@ std::vector<fs::path> FilesIn(const fs::path& folder, const std::string& extensi
   return files;
 }
 
-// The newest kMaxExpiredFiles stay.
-void Prune(const fs::path& folder) {
+// The newest kMaxExpiredFiles stay, and all of other tenants.
+void Prune(const fs::path& folder, const std::string& prefix) {
   std::vector<fs::path> files = FilesIn(folder, ".snapshot");
+  std::erase_if(
+      files, [&](const fs::path& file) { return !file.filename().string().starts_with(prefix); });
   if (files.size() <= kMaxExpiredFiles) return;
   std::error_code ignored;
   std::ranges::sort(files, std::greater(),
@@ -72,6 +79,10 @@ void Prune(const fs::path& folder) {
 }
 
 }  // namespace
+
+double PauseAfterRound_s(double interval_s, double round_s) {
+  return std::clamp(interval_s - 3 * round_s, std::min(round_s, interval_s), interval_s);
+}
 
 CheckpointKeeper::CheckpointKeeper(CheckpointOptions options, SessionRegistry& sessions,
                                    Scheduler& scheduler, const api::RequestLimits& limits,
@@ -173,13 +184,34 @@ Status CheckpointKeeper::RecoverSession(const std::string& bytes) {
 
 void CheckpointKeeper::Loop() {
   trace::NameThread("checkpoints");
-  const auto interval = std::chrono::duration<double>(options_.interval_s);
+  const SteadyClock clock;
+  double round_s = 0;
   std::unique_lock lock(mutex_);
-  while (!wake_.wait_for(lock, interval, [this] { return is_stopping_; })) {
+  for (;;) {
+    const std::chrono::duration<double> pause(PauseAfterRound_s(options_.interval_s, round_s));
+    if (wake_.wait_for(lock, pause, [this] { return is_stopping_; })) return;
     lock.unlock();
+    const int64_t begin_us = clock.NowUs();
     static_cast<void>(WriteRound());  // it has warned
+    // A round in which little has changed says little of the next one.
+    constexpr double kForgotten = 0.1;
+    round_s =
+        std::max(static_cast<double>(clock.NowUs() - begin_us) / 1e6, (1 - kForgotten) * round_s);
+    WarnIfLate(round_s);
     lock.lock();
   }
+}
+
+void CheckpointKeeper::WarnIfLate(double round_s) {
+  const bool is_late = 4 * round_s > options_.interval_s;
+  if (is_late && !std::exchange(was_late_, is_late)) {
+    spdlog::warn(
+        "checkpoints_late round_s={:.1f} interval_s={} message=\"writing takes so long that a "
+        "crash "
+        "may lose more than an interval\"",
+        round_s, options_.interval_s);
+  }
+  was_late_ = is_late;
 }
 
 void CheckpointKeeper::Stop() {
@@ -265,7 +297,8 @@ void CheckpointKeeper::WriteExpired(const SessionPointer& session) {
   const Result<SavedStates> saved = Capture(*session);
   Status status = saved.status();
   const fs::path folder = fs::path(options_.folder) / "expired";
-  const fs::path path = folder / (FileStem(session->name()) + ".snapshot");
+  const std::string prefix = ExpiredPrefix(session->tenant());
+  const fs::path path = folder / (prefix + FileStem(session->name()) + ".snapshot");
   if (saved.ok() && !saved->cloths.empty()) {
     const auto bytes = WithinMemory(
         [&] { return api::WriteSnapshot(*saved, scheduler_.description(), version_); });
@@ -273,7 +306,7 @@ void CheckpointKeeper::WriteExpired(const SessionPointer& session) {
     if (status.ok()) {
       spdlog::info("session_kept name={} file={}", ShortSessionName(session->name()),
                    path.string());
-      Prune(folder);
+      Prune(folder, prefix);
     }
   }
   if (!status.ok()) WarnOfFailure(*session, status);
@@ -283,10 +316,13 @@ void CheckpointKeeper::WriteExpired(const SessionPointer& session) {
   digests_.erase(session->name());
 }
 
-DeviceCommand CheckpointKeeper::LastCommand() {
+DeviceCommand CheckpointKeeper::LastCommand(std::function<void()> on_written) {
   if (!is_on()) return {};
-  return [this](Backend& backend) {
-    for (const SessionPointer& session : sessions_.All()) {
+  return [this, on_written = std::move(on_written)](Backend& backend) {
+    const std::lock_guard lock(round_mutex_);
+    const std::vector<SessionPointer> live = sessions_.All();
+    for (const SessionPointer& session : live) {
+      // Written one by one: all of them together may not fit into memory.
       SavedStates saved;
       const Result<ClothList> cloths = session->FindCloths({});
       Status status = cloths.status();
@@ -294,29 +330,15 @@ DeviceCommand CheckpointKeeper::LastCommand() {
         status = WithinMemory([&] { return SaveAlive(backend, *cloths, *budget_, saved); });
       }
       if (status.ok()) {
-        last_.emplace_back(session, std::move(saved));
+        static_cast<void>(Write(*session, saved));  // it has warned
       } else {
-        last_.emplace_back(session, std::move(status));
+        WarnOfFailure(*session, status);
       }
+      on_written();
     }
+    ForgetEnded(live);
+    spdlog::info("checkpoints_written sessions={}", live.size());
   };
-}
-
-void CheckpointKeeper::WriteLast() {
-  if (!is_on()) return;
-  const std::lock_guard lock(round_mutex_);
-  std::vector<SessionPointer> live;
-  for (const auto& [session, saved] : last_) {
-    live.push_back(session);
-    if (saved.ok()) {
-      static_cast<void>(Write(*session, *saved));  // it has warned
-    } else {
-      WarnOfFailure(*session, saved.status());
-    }
-  }
-  ForgetEnded(live);
-  spdlog::info("checkpoints_written sessions={}", live.size());
-  last_.clear();
 }
 
 }  // namespace drape

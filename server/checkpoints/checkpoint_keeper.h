@@ -26,6 +26,12 @@ struct CheckpointOptions {
   double interval_s = 60;
 };
 
+// Time from the end of a round to the next one. A crash loses what came after the moment that the
+// last whole round saw: so rounds begin early by what they take, and what one takes may double,
+// before that is more than the interval. Those that take more than a quarter of it keep the disk
+// busy half of the time.
+double PauseAfterRound_s(double interval_s, double round_s);
+
 // Outlived by the scheduler and the registry. Errors of the disk are warnings: the files stay as
 // they were, and the next round tries again.
 class CheckpointKeeper {
@@ -48,10 +54,10 @@ class CheckpointKeeper {
   // in the files. None: nothing is written. Thread-safe.
   std::optional<double> age_s() const;
 
-  // The end: Stop, Scheduler::Drain(grace, LastCommand()), WriteLast.
+  // The end: Stop, then Scheduler::Drain(grace, LastCommand()), which writes all sessions and calls
+  // `on_written` after each.
   void Stop();
-  DeviceCommand LastCommand();
-  void WriteLast();
+  DeviceCommand LastCommand(std::function<void()> on_written);
 
  private:
   using SessionPointer = std::shared_ptr<Session>;
@@ -61,6 +67,8 @@ class CheckpointKeeper {
   void Recover(const std::filesystem::path& file);
   Status RecoverSession(const std::string& bytes);
   void Loop();
+  // Once, until rounds are quick again.
+  void WarnIfLate(double round_s);
   // The session at one moment, between steps of its cloths; where it has more cloths or particles
   // than a slice (sliced_command.h), at one moment for each slice of them, but never within an
   // update or a load. Before the other commands of its owner that wait. Not on the device thread.
@@ -84,13 +92,13 @@ class CheckpointKeeper {
 
   std::mutex round_mutex_;                      // one writer at a time
   std::map<std::string, std::string> digests_;  // of its files, by session; guarded by round_mutex_
-  std::vector<std::pair<SessionPointer, Result<SavedStates>>> last_;
 
   std::atomic<int64_t> complete_until_us_;  // by SteadyClock
 
   std::mutex mutex_;
   std::condition_variable wake_;
   bool is_stopping_ = false;
+  bool was_late_ = false;  // the thread's own
   std::thread thread_;
 };
 

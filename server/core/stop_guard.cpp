@@ -25,6 +25,11 @@ StopGuard::~StopGuard() {
   thread_.join();
 }
 
+void StopGuard::Extend(milliseconds patience) {
+  const auto later = std::chrono::steady_clock::now() + patience;
+  if (later > deadline_.load()) deadline_ = later;
+}
+
 void StopGuard::Watch() const {
   const timespec poll{0, std::chrono::nanoseconds(kPoll).count()};
   int left_out = 0;
@@ -34,7 +39,7 @@ void StopGuard::Watch() const {
       spdlog::error("failed reason=STOPPED_TWICE message=\"signal {} while draining\"", signal);
       std::_Exit(1);
     }
-    if (std::chrono::steady_clock::now() >= deadline_) {
+    if (std::chrono::steady_clock::now() >= deadline_.load()) {
       spdlog::error("failed reason=STOP_OVERDUE message=\"work under way does not end\"");
       std::_Exit(1);
     }

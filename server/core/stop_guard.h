@@ -15,6 +15,8 @@ namespace drape {
 class StopGuard {
  public:
   StopGuard(const sigset_t& signals, std::chrono::milliseconds patience, int signals_left_out = 0);
+  // Work goes on: `patience` from now on, if that is later. Thread-safe.
+  void Extend(std::chrono::milliseconds patience);
   // The server has stopped in time.
   ~StopGuard();
   StopGuard(const StopGuard&) = delete;
@@ -24,7 +26,7 @@ class StopGuard {
   void Watch() const;
 
   const sigset_t signals_;
-  const std::chrono::steady_clock::time_point deadline_;
+  std::atomic<std::chrono::steady_clock::time_point> deadline_;
   const int signals_left_out_;
   std::atomic<bool> is_done_ = false;
   std::thread thread_;

@@ -23,6 +23,25 @@ std::shared_ptr<const DistanceMap> DistanceMapCache::FindLive(uint64_t hash,
   return nullptr;
 }
 
+// Without memory a build throws: those who wait for its map go on then, too.
+class DistanceMapCache::EndOfBuild {
+ public:
+  EndOfBuild(DistanceMapCache& cache, uint64_t hash) : cache_(cache), hash_(hash) {}
+  EndOfBuild(const EndOfBuild&) = delete;
+  EndOfBuild& operator=(const EndOfBuild&) = delete;
+  ~EndOfBuild() {
+    {
+      const std::lock_guard lock(cache_.mutex_);
+      cache_.building_.erase(hash_);
+    }
+    cache_.is_built_.notify_all();
+  }
+
+ private:
+  DistanceMapCache& cache_;
+  const uint64_t hash_;
+};
+
 Result<std::shared_ptr<const DistanceMap>> DistanceMapCache::Get(
     const TriangleMesh& mesh, const ClosedMeshLimits& limits,
     const std::function<bool()>& is_cancelled) {
@@ -38,15 +57,12 @@ Result<std::shared_ptr<const DistanceMap>> DistanceMapCache::Get(
     if (std::shared_ptr<const DistanceMap> map = FindLive(hash, mesh)) return map;
     building_.insert(hash);
   }
+  const EndOfBuild end(*this, hash);
   Result<std::shared_ptr<const DistanceMap>> map =
       DistanceMap::Build(mesh, {}, limits, is_cancelled);
-  {
-    const std::lock_guard lock(mutex_);
-    building_.erase(hash);
-    std::erase_if(maps_, [](const auto& entry) { return entry.second.expired(); });
-    if (map.ok()) maps_.emplace(hash, *map);
-  }
-  is_built_.notify_all();
+  const std::lock_guard lock(mutex_);
+  std::erase_if(maps_, [](const auto& entry) { return entry.second.expired(); });
+  if (map.ok()) maps_.emplace(hash, *map);
   return map;
 }
 

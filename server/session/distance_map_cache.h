@@ -28,6 +28,8 @@ class DistanceMapCache {
   size_t size() const;
 
  private:
+  class EndOfBuild;
+
   std::shared_ptr<const DistanceMap> FindLive(uint64_t hash, const TriangleMesh& mesh) const;
 
   mutable std::mutex mutex_;

@@ -123,6 +123,7 @@ Result<SessionLease> SessionRegistry::Insert(std::shared_ptr<Session> session) {
   Entry entry;
   entry.session = session;
   entry.creation_number = next_creation_number_++;
+  entry.number_of_tenant = ++last_number_of_tenant_[session->tenant()];
   entry.under_way = 1;
   RenewEntry(entry);
   names_by_creation_.emplace(entry.creation_number, session->name());
@@ -249,16 +250,18 @@ Result<SessionPage> SessionRegistry::ListOf(uint32_t page_size, const std::strin
   const int64_t now_us = clock_.NowUs();
   SessionPage page;
   uint64_t last = 0;
-  for (auto it = names_by_creation_.upper_bound(after); it != names_by_creation_.end(); ++it) {
-    const Entry& entry = sessions_.at(it->second);
-    if (IsExpired(entry, now_us)) continue;
+  for (const auto& [creation_number, name] : names_by_creation_) {
+    const Entry& entry = sessions_.at(name);
     if (tenant != nullptr && entry.session->tenant() != *tenant) continue;
+    // A tenant must not learn from tokens how many sessions others make.
+    const uint64_t number = tenant != nullptr ? entry.number_of_tenant : creation_number;
+    if (number <= after || IsExpired(entry, now_us)) continue;
     if (page.sessions.size() == size) {
       page.next_page_token = MakePageToken(last);
       break;
     }
     page.sessions.push_back(ViewOf(entry, now_us));
-    last = it->first;
+    last = number;
   }
   return page;
 }

@@ -164,8 +164,9 @@ class SessionRegistry {
   struct Entry {
     std::shared_ptr<Session> session;
     uint64_t creation_number = 0;
-    int64_t expires_us = 0;  // counts only while nothing is under way
-    uint32_t under_way = 0;  // leases
+    uint64_t number_of_tenant = 0;  // the same among the sessions that its tenant ever had
+    int64_t expires_us = 0;         // counts only while nothing is under way
+    uint32_t under_way = 0;         // leases
   };
 
   // --- With mutex_ held.
@@ -196,6 +197,7 @@ class SessionRegistry {
   std::unordered_map<std::string, Entry> sessions_;    // by name
   std::map<uint64_t, std::string> names_by_creation_;  // for lists
   uint64_t next_creation_number_;
+  std::unordered_map<std::string, uint64_t> last_number_of_tenant_;  // no more tenants than tokens
   // Sessions that have ended, but not because somebody deleted them.
   struct Ended {
     std::string tenant;

@@ -120,5 +120,40 @@ TEST_F(CheckpointKeeperTest, ComesBeforeTheCommandsThatWait) {
   EXPECT_EQ(done, 10u);
 }
 
+TEST_F(CheckpointKeeperTest, KeepsTheExpiredSessionsOfEachTenant) {
+  const auto expire = [this](const std::string& tenant, int sessions) {
+    for (int k = 0; k < sessions; ++k) {
+      const SessionLease session = registry_->Create(kMinTtl_s, "", tenant).value();
+      ASSERT_TRUE(Create(*session, Chains(1, 2)).ok());
+    }
+    clock_.AdvanceUs(static_cast<int64_t>((kMinTtl_s + 1) * 1e6));
+    registry_->ReapExpired();
+  };
+  const auto kept = [this] {
+    const std::filesystem::directory_iterator files(folder_ / "expired");
+    return std::distance(begin(files), end(files));
+  };
+  expire("bob", 1);
+  EXPECT_EQ(kept(), 1);
+  expire("alice", 70);
+  EXPECT_EQ(kept(), 1 + 64) << "the newest of Alice, and Bob's";
+}
+
+// What a crash may lose: from the moment that a round sees to the end of the next one.
+TEST(PauseAfterRound, LosesNoMoreThanAnIntervalWhereARoundTakesUpToAQuarterOfIt) {
+  for (const double interval_s : {0.1, 1.0, 60.0, 86400.0}) {
+    for (const double part : {0.0, 0.001, 0.1, 0.2, 0.25}) {
+      const double round_s = part * interval_s;
+      const double pause_s = PauseAfterRound_s(interval_s, round_s);
+      EXPECT_LE(round_s + pause_s + 2 * round_s, interval_s * (1 + 1e-12))
+          << "the next takes twice";
+      EXPECT_GE(pause_s, 0.25 * interval_s);
+    }
+    // Slow disks have at least as much rest, up to an interval.
+    EXPECT_EQ(PauseAfterRound_s(interval_s, interval_s / 2), interval_s / 2);
+    EXPECT_EQ(PauseAfterRound_s(interval_s, 5 * interval_s), interval_s);
+  }
+}
+
 }  // namespace
 }  // namespace drape

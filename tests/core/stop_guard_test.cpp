@@ -49,6 +49,18 @@ TEST(StopGuardDeathTest, EndsAProcessThatIsToldTwice) {
       testing::ExitedWithCode(1), "STOPPED_TWICE");
 }
 
+TEST(StopGuardDeathTest, WaitsForWorkThatGoesOn) {
+  EXPECT_EXIT(
+      {
+        StopGuard guard(BlockedStopSignals(), milliseconds(50));
+        guard.Extend(std::chrono::hours(1));
+        guard.Extend(milliseconds(1));  // no earlier
+        std::this_thread::sleep_for(milliseconds(200));
+        std::_Exit(7);
+      },
+      testing::ExitedWithCode(7), "");
+}
+
 TEST(StopGuardDeathTest, DoesNothingOnceAllIsDone) {
   EXPECT_EXIT(
       {

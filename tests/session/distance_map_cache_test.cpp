@@ -3,6 +3,8 @@
 #include <gtest/gtest.h>
 
 #include <atomic>
+#include <chrono>
+#include <new>
 #include <thread>
 #include <vector>
 
@@ -23,6 +25,15 @@ TEST(DistanceMapCache, EqualMeshesShareOneMap) {
   const auto first = cache.Get(Slab(), {}, kGoOn).value();
   EXPECT_EQ(cache.Get(Slab(), {}, kGoOn).value(), first);
   EXPECT_NE(cache.Get(Slab(1.5), {}, kGoOn).value(), first);
+}
+
+TEST(DistanceMapCache, ABuildWithoutMemoryIsOverForThoseWhoWaitForItsMap) {
+  DistanceMapCache cache;
+  const auto without_memory = []() -> bool { throw std::bad_alloc(); };
+  EXPECT_THROW(static_cast<void>(cache.Get(Slab(), {}, without_memory)), std::bad_alloc);
+  const auto until = std::chrono::steady_clock::now() + std::chrono::seconds(10);
+  const auto map = cache.Get(Slab(), {}, [&] { return std::chrono::steady_clock::now() > until; });
+  EXPECT_TRUE(map.ok()) << "waits for a build that is over";
 }
 
 TEST(DistanceMapCaches, NoTenantCanTellThatAnotherOneHasAMesh) {

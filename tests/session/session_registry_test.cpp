@@ -5,6 +5,7 @@
 #include <limits>
 #include <set>
 
+#include "server/session/page_token.h"
 #include "tests/session/session_fixture.h"
 
 namespace drape {
@@ -163,6 +164,18 @@ TEST_F(SessionRegistryTest, ListsArePagedInOrderOfCreation) {
   } while (!token.empty());
   EXPECT_EQ(seen, names);
   EXPECT_FALSE(registry_->List(2, "x").ok());
+}
+
+TEST_F(SessionRegistryTest, PagesDoNotTellHowManySessionsOthersMake) {
+  Start();
+  for (int k = 0; k < 3; ++k) {
+    EXPECT_TRUE(registry_->Create(60, "", "bob").ok());
+    EXPECT_TRUE(registry_->Create(60, "", "alice").ok());
+  }
+  const SessionPage page = registry_->List(2, "", "alice").value();
+  EXPECT_EQ(page.sessions.size(), 2u);
+  EXPECT_EQ(page.next_page_token, MakePageToken(2)) << "her second one";
+  EXPECT_EQ(registry_->List(2, page.next_page_token, "alice").value().sessions.size(), 1u);
 }
 
 TEST_F(SessionRegistryTest, TotalsAddUp) {

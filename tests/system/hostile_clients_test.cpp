@@ -97,16 +97,20 @@ TEST(HostileClients, ALongStepDoesNotHoldUpTheEndOfTheServer) {
 }
 
 // Calls whose answers nobody reads.
-class UnreadSteps {
+template <class Request, class Answer>
+class UnreadCalls {
  public:
-  UnreadSteps(Stub& stub, const v1::StepRequest& request, int count) {
+  using Call = std::unique_ptr<grpc::ClientAsyncResponseReader<Answer>>;
+  using Method = Call (Stub::*)(grpc::ClientContext*, const Request&, grpc::CompletionQueue*);
+
+  UnreadCalls(Stub& stub, Method method, const Request& request, int count) {
     for (int k = 0; k < count; ++k) {
       contexts_.push_back(std::make_unique<grpc::ClientContext>());
-      calls_.push_back(stub.AsyncStep(contexts_.back().get(), request, &queue_));
+      calls_.push_back((stub.*method)(contexts_.back().get(), request, &queue_));
       calls_.back()->ReadInitialMetadata(this);  // sends the request; the answer is not asked for
     }
   }
-  ~UnreadSteps() {
+  ~UnreadCalls() {
     for (const auto& context : contexts_) context->TryCancel();
     queue_.Shutdown();
     void* tag = nullptr;
@@ -118,11 +122,21 @@ class UnreadSteps {
  private:
   grpc::CompletionQueue queue_;
   std::vector<std::unique_ptr<grpc::ClientContext>> contexts_;
-  std::vector<std::unique_ptr<grpc::ClientAsyncResponseReader<v1::StepResponse>>> calls_;
+  std::vector<Call> calls_;
 };
 
+// On a connection of its own, whose windows stay small.
+std::unique_ptr<Stub> StubWithSmallWindows(const std::string& address) {
+  grpc::ChannelArguments arguments;
+  arguments.SetInt(GRPC_ARG_USE_LOCAL_SUBCHANNEL_POOL, 1);
+  arguments.SetInt(GRPC_ARG_HTTP2_BDP_PROBE, 0);
+  arguments.SetInt(GRPC_ARG_HTTP2_STREAM_LOOKAHEAD_BYTES, 65536);
+  return v1::SimulationService::NewStub(
+      grpc::CreateCustomChannel(address, grpc::InsecureChannelCredentials(), arguments));
+}
+
 TEST(HostileClients, AnswersThatNobodyReadsAreCounted) {
-  ServerProcess server({"--backend=cpu", "--max-unread-bytes-per-session=4000000"});
+  ServerProcess server({"--backend=cpu", "--max-unread-bytes-per-session=10000000"});
   ASSERT_TRUE(server.WaitUntilUp());
   const auto stub = server.NewStub();
   const std::string greedy = NewSession(*stub), modest = NewSession(*stub);
@@ -132,14 +146,9 @@ TEST(HostileClients, AnswersThatNobodyReadsAreCounted) {
   request.mutable_view()->set_positions(true);
   request.mutable_view()->set_velocities(true);  // 393 kB
   {
-    // On a connection of their own, whose windows stay small.
-    grpc::ChannelArguments arguments;
-    arguments.SetInt(GRPC_ARG_USE_LOCAL_SUBCHANNEL_POOL, 1);
-    arguments.SetInt(GRPC_ARG_HTTP2_BDP_PROBE, 0);
-    arguments.SetInt(GRPC_ARG_HTTP2_STREAM_LOOKAHEAD_BYTES, 65536);
-    const auto own = v1::SimulationService::NewStub(
-        grpc::CreateCustomChannel(server.Address(), grpc::InsecureChannelCredentials(), arguments));
-    const UnreadSteps unread(*own, request, 60);
+    const auto own = StubWithSmallWindows(server.Address());
+    const UnreadCalls<v1::StepRequest, v1::StepResponse> unread(*own, &Stub::AsyncStep, request,
+                                                                60);
     const auto becomes_refused = [&](auto method, const auto& asked) {
       const auto until = steady_clock::now() + std::chrono::seconds(60);
       while (steady_clock::now() < until) {
@@ -158,6 +167,27 @@ TEST(HostileClients, AnswersThatNobodyReadsAreCounted) {
   while (!Call(*stub, &Stub::Step, request).status.ok() && steady_clock::now() < until) {
   }
   EXPECT_TRUE(Call(*stub, &Stub::Step, request).status.ok());
+}
+
+// The repetition of a creation costs its client a few bytes, and is answered by all its ids.
+TEST(HostileClients, IdsThatNobodyReadsAreCounted) {
+  ServerProcess server({"--backend=cpu", "--max-unread-bytes-per-session=4000000"});
+  ASSERT_TRUE(server.WaitUntilUp());
+  const auto stub = server.NewStub();
+  v1::CreateClothsRequest request = HangingSheet(NewSession(*stub), 2);
+  request.set_count(60'000);
+  request.set_request_id("once");
+  const auto created = Call(*stub, &Stub::CreateCloths, request);
+  ASSERT_TRUE(created.status.ok()) << created.status.error_message();
+  const auto own = StubWithSmallWindows(server.Address());
+  const UnreadCalls<v1::CreateClothsRequest, v1::CreateClothsResponse> unread(
+      *own, &Stub::AsyncCreateCloths, request, 60);
+  const auto until = steady_clock::now() + std::chrono::seconds(60);
+  std::string reason;
+  while (reason.empty() && steady_clock::now() < until) {
+    reason = ReasonOf(Call(*stub, &Stub::CreateCloths, request).status);
+  }
+  EXPECT_EQ(reason, "TOO_MANY_UNREAD_BYTES");
 }
 
 TEST(HostileClients, PicturesCountAsUnreadFromTheirRequestOn) {
