@@ -28,9 +28,14 @@ Status ExportCall::Begin(const ServiceContext& context, const Caller& caller,
 }
 
 Status ExportCall::Make(const ServiceContext& context, const SavedStates& saved) {
+  ByteBudget& budget = session_->saved_budget();
+  // The snapshot has the states and what describes them; a builder must not write it only to find
+  // that there is no room.
+  DRAPE_ASSIGN_OR_RETURN(held_, budget.Take(session_->owner(), saved.bytes));
   DRAPE_ASSIGN_OR_RETURN(bytes_,
                          WriteSnapshot(saved, context.scheduler.description(), context.version));
-  DRAPE_ASSIGN_OR_RETURN(held_, session_->saved_budget().Take(session_->owner(), bytes_.size()));
+  held_ = nullptr;
+  DRAPE_ASSIGN_OR_RETURN(held_, budget.Take(session_->owner(), bytes_.size()));
   if (next_ <= bytes_.size()) return Status::Ok();
   return Status::InvalidField("offset", std::to_string(next_) +
                                             " is beyond the snapshot, which has " +

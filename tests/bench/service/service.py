@@ -220,6 +220,23 @@ def neighbours(bench):
                           dispatches=level["p99_ms"] / DISPATCH_MS, resident_mb=server.resident_mb())
 
 
+def creations(bench):
+    """A tenant that makes and deletes one small cloth after the other, alone and beside tenants who keep the builders busy."""
+    others = ["greedy-0", "greedy-1"]
+    def builds(count):
+        return lambda server: [[*GREEDY, "builds", server.address, server.token_file(other)] for other in others[:count]]
+
+    cases = {"nobody": lambda _: [], BUSY: lambda server: [[*GREEDY, "busy", server.address]] * 2,
+             "colliders of 131 072 triangles": builds(1), "the same of two tenants": builds(2)}
+    undisturbed_ms = None
+    for case, commands in cases.items():
+        with bench.draped(tenants=["modest", *others]) as server:
+            with Beside(commands(server), settle_s=3 if bench.is_quick else 10):
+                level = load(server, "--request=create", "--side", 4, "--concurrency-range=1", "--request-timeout", 600, *bench.window, tenant="modest")
+                undisturbed_ms = undisturbed_ms or level["p99_ms"]
+                bench.add("creations", case, **latency(level), p99_per_undisturbed=level["p99_ms"] / undisturbed_ms)
+
+
 def fairness(bench):
     """Tenants with 1, 2, 4 and 8 clients, each of which asks for more than a batch holds, eight steps at a time: the moments
     in which the one client asks for nothing hardly count. Cloth-steps per second of equal cloths; each tenant is measured
@@ -355,7 +372,7 @@ def settled_bytes(folder):
 
 
 PARTS = {part.__name__: part
-         for part in (sessions, requests, viewers, stalled, audience, neighbours, fairness, saved, memory, floods, restart, traffic)}
+         for part in (sessions, requests, viewers, stalled, audience, neighbours, creations, fairness, saved, memory, floods, restart, traffic)}
 
 
 def table(rows):
