@@ -16,6 +16,8 @@
 #include <chrono>
 #include <csignal>
 #include <cstdlib>
+#include <filesystem>
+#include <fstream>
 #include <future>
 #include <memory>
 #include <string>
@@ -24,6 +26,7 @@
 #include <vector>
 
 #include "tests/support/backends/backends.h"
+#include "tests/support/paths/paths.h"
 #include "tests/system/calls.h"
 #include "tests/system/in_process_server.h"
 #include "tests/system/server_process.h"
@@ -420,6 +423,26 @@ TEST(HostileClients, SignalsOfTerminalsAndLogsDoNotEndTheServer) {
   const auto stub = server.NewStub();
   NewSession(*stub);
   EXPECT_TRUE(server.is_running());
+  server.Signal(SIGTERM);
+  EXPECT_EQ(server.WaitForExit(), 0);
+}
+
+// A reader that has ended, as `draped 2>&1 | head` has.
+TEST(HostileClients, ALogThatNobodyReadsDoesNotEndTheServer) {
+  const ScratchDir dir;
+  const char* const chosen = std::getenv("DRAPE_TEST_SERVER");
+  const std::string program = chosen != nullptr ? chosen : ProgramPath("draped").string();
+  const std::string piped = dir / "piped";
+  std::ofstream(piped) << "#!/bin/bash\nexec '" << program << "' \"$@\" 2> >(exec true)\n";
+  std::filesystem::permissions(piped, std::filesystem::perms::owner_all);
+  setenv("DRAPE_TEST_SERVER", piped.c_str(), 1);
+  ServerProcess server({"--backend=cpu"});
+  chosen != nullptr ? setenv("DRAPE_TEST_SERVER", program.c_str(), 1)
+                    : unsetenv("DRAPE_TEST_SERVER");
+  ASSERT_TRUE(server.WaitUntilUp());
+  const auto stub = server.NewStub();
+  for (int k = 0; k < 20; ++k) NewSession(*stub);  // a line each
+  EXPECT_EQ(server.Log(), "") << "somebody reads it";
   server.Signal(SIGTERM);
   EXPECT_EQ(server.WaitForExit(), 0);
 }

@@ -1,4 +1,5 @@
 // Requests as bytes, through parsing and the validators of server/api.
+#include <google/protobuf/io/zero_copy_stream_impl_lite.h>
 #include <grpcpp/impl/codegen/proto_utils.h>
 
 #include <algorithm>
@@ -6,6 +7,7 @@
 #include <functional>
 #include <memory>
 
+#include "server/api/parsed_size.h"
 #include "server/api/picture_validation.h"
 #include "server/api/request_validation.h"
 #include "server/api/run_pace.h"
@@ -40,9 +42,12 @@ FuzzTarget Target(const std::string& name, std::vector<Request> seeds,
   target.name = name;
   target.run = [check = std::move(check)](std::string_view bytes) {
     Request request;
+    google::protobuf::io::ArrayInputStream stream(bytes.data(), static_cast<int>(bytes.size()));
+    const uint64_t foretold = api::ParsedSize_bytes(*Request::descriptor(), stream, UINT64_MAX);
     if (!request.ParseFromArray(bytes.data(), static_cast<int>(bytes.size()))) {
       return FuzzOutcome::kUnparsable;
     }
+    DRAPE_CHECK(foretold >= request.SpaceUsedLong(), "takes more memory than was foretold");
     const Status status = check(request);
     if (status.ok()) return FuzzOutcome::kAccepted;
     CheckRefusal(status);
