@@ -54,10 +54,11 @@ class _Connection(ConnectionBase):
         try:
             call = operation.send(None)
             while True:
-                of, tries = self._begin(call)
                 try:
-                    answer = await self._ask(of, call, tries)
-                except errors.Error as error:
+                    answer = await self._ask(*self._begin(call))
+                except GeneratorExit:  # the event loop has ended: nothing can be asked any more
+                    raise
+                except BaseException as error:
                     call = operation.throw(error)
                 else:
                     call = operation.send(answer)

@@ -35,7 +35,7 @@ class PipelineBase:
         if rows is not None and not len(rows):
             raise errors.bad_field("ids", "nothing is selected")
         view = states.view_of(view)
-        request = cloths._step_request(steps, view, report, rows, None, None)
+        request, _ = cloths._step_request(steps, view, report, rows, None, None)
         reader = cloths._reader_of(view, rows)
         request.in_chunks = reader is not None
         cloths._forget_states()
