@@ -33,9 +33,9 @@ from .streams import Frame, FramesBase, RunBase
 
 
 def _is_cancelled():
-    """Whether somebody wants this task to end, as far as is known: before Python 3.11 nobody knows, and so it is assumed."""
-    cancelling = getattr(asyncio.current_task(), "cancelling", None)
-    return cancelling is None or cancelling() > 0
+    """Whether somebody wants this task to end; before Python 3.11 nobody knows. What gRPC raises of a call that was cancelled
+    is the same."""
+    return getattr(asyncio.current_task(), "cancelling", int)() > 0
 
 
 def _awaiting(operation: Callable[P, Operation[R]]) -> Callable[P, Awaitable[R]]:
@@ -58,20 +58,20 @@ class _Connection(ConnectionBase):
         """The grpc call of a method with streams both ways; requests are written to it."""
         return self.call_of(name)(metadata=self.metadata_of(route))
 
-    async def read(self, call, route=None):
-        """The next message of a stream, or grpc.aio.EOF. Raises errors of this package alone."""
+    async def read(self, stream, call, route=None):
+        """The next message of `call`, or grpc.aio.EOF. Raises errors of this package alone. stream: whose call it is."""
         try:
-            if not call.cancelled():
+            if not stream.is_closed:
                 return await call.read()
         except grpc.RpcError as error:
             raise self.error_of(error, route) from None
         except asyncio.CancelledError:
-            if _is_cancelled() or not call.cancelled():
+            if _is_cancelled() or not stream.is_closed:
                 raise
-        raise errors.Cancelled("the stream was closed", reason="STREAM_CLOSED")  # by close()
+        raise errors.Cancelled("the stream was closed", reason="STREAM_CLOSED")
 
     @staticmethod
-    async def write(call, message):
+    async def write(stream, call, message):
         """Sends a message, or nothing to a stream that has ended: whoever reads it is told why, as in `drape`. By the `write`
         of grpc.aio an error of its own would take the place of the server's, and of the answers before that."""
         if call.done():
@@ -82,7 +82,7 @@ class _Connection(ConnectionBase):
         except (grpc.RpcError, grpc.aio.InternalError):
             pass
         except asyncio.CancelledError:
-            if _is_cancelled() or not call.cancelled():
+            if _is_cancelled() or not stream.is_closed:
                 call.cancel()
                 raise
 
@@ -141,11 +141,13 @@ class _Connection(ConnectionBase):
 class Pipeline(PipelineBase):
     __doc__ = PipelineBase.__doc__
 
+    is_closed = False
+
     async def step(self, steps: int = 1, *, view=states.POSITIONS, report: bool = False, ids=None):
         """See `drape.Pipeline.step`."""
         request = self._prepare(steps, view, report, ids)
         if request is not None:
-            await self._cloths._connection.write(self._answers, request)
+            await self._cloths._connection.write(self, self._answers, request)
         return await self._next() if self._is_full() else None
 
     async def drain(self) -> list:
@@ -154,6 +156,7 @@ class Pipeline(PipelineBase):
 
     def close(self) -> None:
         """Cancels what is under way. Steps that the server has begun may be done."""
+        self.is_closed = True
         self._answers.cancel()
         self._give_up()
 
@@ -165,7 +168,7 @@ class Pipeline(PipelineBase):
         answer = self._of_nothing()
         while answer is None:
             try:
-                response = await self._cloths._connection.read(self._answers, self._cloths._session._route)
+                response = await self._cloths._connection.read(self, self._answers, self._cloths._session._route)
             except errors.Error:
                 self._give_up()
                 raise
@@ -188,25 +191,28 @@ class Pipeline(PipelineBase):
 class _Awaited:
     """What the streams of this module have in common. The first use sends what begins it."""
 
+    is_closed = False
+
     async def _open(self):
         first, self._first = self._first, None
         if first is not None:
-            await self._connection.write(self._call, first)
+            await self._connection.write(self, self._call, first)
         return self
 
     async def _write(self, request):
         await self._open()
-        await self._connection.write(self._call, request)
+        await self._connection.write(self, self._call, request)
 
     async def _read(self):
         await self._open()
-        answer = await self._connection.read(self._call)
+        answer = await self._connection.read(self, self._call)
         if answer is grpc.aio.EOF:
             raise StopAsyncIteration
         return answer
 
     def close(self) -> None:
         """Ends it, at once. May be called again."""
+        self.is_closed = True
         self._call.cancel()
 
     async def __aenter__(self):
