@@ -110,8 +110,8 @@ def bits(array):
     return array.dtype, array.shape, array.tobytes()
 
 
-def run_python(code, **options):
+def run_python(code, *arguments, **options):
     """`code` in a Python of its own; its output. Fails with its errors."""
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=60, **options)
+    done = subprocess.run([sys.executable, "-c", code, *arguments], capture_output=True, text=True, timeout=60, **options)
     assert done.returncode == 0, done.stderr
     return done.stdout

@@ -4,6 +4,8 @@ import os
 import pathlib
 import pickle
 import re
+import select
+import signal
 import sys
 import warnings
 
@@ -111,8 +113,8 @@ def test_what_belongs_to_a_client_cannot_be_copied(client, session):
                 copy_of(one)
 
 
-def test_a_fork_is_refused_and_harms_nothing(session):
-    cloths = session.create(sheet())
+def said_by_a_fork(asking):
+    """What `asking` returns in a forked process, or the text of its error."""
     reading, writing = os.pipe()
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", DeprecationWarning)  # a fork beside threads: what is tested here
@@ -120,17 +122,44 @@ def test_a_fork_is_refused_and_harms_nothing(session):
     if child == 0:
         os.close(reading)
         try:
-            cloths.step()
-            os.write(writing, b"stepped")
-        except drape.ForkedProcess as error:
-            os.write(writing, str(error).encode())
+            os.write(writing, str(asking()).encode())
+        except drape.Error as error:
+            os.write(writing, f"{type(error).__name__}: {error}".encode())
         os._exit(0)
     os.close(writing)
     with os.fdopen(reading) as pipe:
+        if not select.select([pipe], [], [], 60)[0]:
+            os.kill(child, signal.SIGKILL)
         said = pipe.read()
     os.waitpid(child, 0)
-    assert f"belongs to process {os.getpid()}" in said and "spawn" in said
+    return said
+
+
+def test_a_fork_is_refused_and_harms_nothing(session):
+    cloths = session.create(sheet())
+    said = said_by_a_fork(cloths.step)
+    assert said.startswith("ForkedProcess") and f"belongs to process {os.getpid()}" in said and "spawn" in said
     assert cloths.step().step_count == [1]
+
+
+def test_a_fork_makes_a_client_of_its_own(client, session):
+    cloths = session.create(sheet())
+    cloths.step()
+
+    def step():
+        with drape.connect(client.address) as mine, mine.session(name=session.name) as same:
+            return same.attach().step().step_count[0]
+
+    assert said_by_a_fork(step) == "2"
+    assert cloths.step().step_count == [3]
+
+
+def test_a_connection_keeps_nothing_of_a_session_that_is_closed(client):
+    with client.session() as session:
+        name = session.name
+        session.create(sheet()).step()
+        assert name in repr(vars(client._connection))
+    assert name not in repr(vars(client._connection))
 
 
 def test_a_program_ends_by_itself_and_quickly():

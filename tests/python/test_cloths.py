@@ -61,7 +61,7 @@ def test_ids_choose_the_cloths_and_their_order(session, spec):
 
 
 def test_an_empty_selection_does_nothing(session, spec):
-    """In the protocol an empty list of ids is every cloth."""
+    """In the protocol a request names at least one cloth."""
     cloths = session.create(spec, count=3)
     cloths.step(2)
     none = np.zeros(3, bool)
@@ -419,3 +419,50 @@ def test_impulses_of_a_batch_with_a_cloth_that_is_done_are_nan_there(session, sp
     cloths.step(ids=[1])
     impulses = cloths.step(until=1, impulses=True).impulses
     assert np.isfinite(impulses.pins[0]).all() and np.isnan(impulses.pins[1]).all()
+
+
+def test_what_is_read_fills_what_is_given(session, spec):
+    cloths = session.create(spec, count=2)
+    cloths.step(5)
+    expected = cloths.read(velocities=True)
+    positions, velocities = np.zeros((2, 2, 36, 3), np.float32)
+    assert cloths.read(out=positions).positions is positions and bits(positions) == bits(expected.positions)
+    assert cloths.read(positions=False, velocities=True, out=velocities).velocities is velocities
+    assert bits(velocities) == bits(expected.velocities)
+    positions[:] = velocities[:] = 0
+    both = cloths.read(velocities=True, out={"positions": positions, "velocities": velocities})
+    assert both.positions is positions and bits(positions) == bits(expected.positions)
+    assert both.velocities is velocities and bits(velocities) == bits(expected.velocities)
+    velocities[:] = 0
+    assert cloths.read(velocities=True, out={"velocities": velocities}).positions is not positions and velocities.any()
+
+
+def test_measures_need_reports(session, spec):
+    cloths = session.create(spec, count=2)
+    with pytest.raises(drape.FailedPrecondition, match="report=True"):
+        cloths.step().measure("max_strain")
+    assert cloths.step(report=True).measure("max_strain").shape == (2,)
+    assert cloths.step(report=True, ids=[]).measure("max_strain").shape == (0,)
+
+
+def test_some_cloths_of_a_batch_are_deleted_and_the_others_move_up(session, spec):
+    cloths = session.create(spec, count=4, origins=[[k, 0, 0] for k in range(4)])
+    ids = cloths.ids
+    cloths.step(2, ids=[2])
+    cloths.save("two")
+    for row in range(4):
+        cloths.move_pins([0], [0, 0.1 * row, 0], ids=[row])
+    cloths.delete([])
+    cloths.delete([0, -3])
+    assert len(cloths) == 2 and cloths.ids.tolist() == ids[2:].tolist() and len(session.list()) == 2
+    assert cloths.step_count.tolist() == [2, 0] and cloths.faulted.shape == (2,)
+    assert cloths.positions[:, 0, 0].tolist() == [2, 3]
+    answer = cloths.step()
+    assert answer.step_count.tolist() == [3, 1]
+    assert np.allclose(answer.positions[:, 0], [[2, 0.2, 0], [3, 0.3, 0]])
+    cloths.load("two", of=[0, 1])
+    assert cloths.step(ids=[1]).step_count.tolist() == [1] and not cloths.faulted.any()
+    cloths.delete(np.array([True, True]))
+    assert session.list() == []
+    with pytest.raises(drape.NotFound, match="CLOTH_NOT_FOUND"):
+        cloths.step()

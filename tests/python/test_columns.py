@@ -74,3 +74,17 @@ def test_pending_keeps_the_controls_of_other_cloths():
     assert list(rest.pin_controls.particles) == [5, 7]
     pending.take(none, ids, None, 3)
     assert not none.HasField("pin_controls")
+
+
+def test_what_is_put_back_comes_before_what_came_since_and_not_where_cloths_start_again():
+    ids = np.array([10, 11], np.uint64)
+    pending = Pending()
+    pending.add("pin_controls", np.array([0, 1]), {"particles": np.array([5, 6])})
+    taken = pending.take(v1.StepRequest(), ids, None, 2)
+    pending.add("pin_controls", np.array([1]), {"particles": np.array([7])})
+    pending.add_reset(np.array([0]), {})
+    pending.put_back(taken)
+    request = v1.StepRequest()
+    pending.take(request, ids, None, 2)
+    assert list(request.pin_controls.cloth_ids) == [11, 11] and list(request.pin_controls.particles) == [6, 7]
+    assert list(request.resets.cloth_ids) == [10]

@@ -178,3 +178,94 @@ def test_forces_of_grips_carry_the_weight(session):
     assert bits(answer.grips.impulses) == bits(answer.impulses.grips)
     forces = answer.grips.forces(cloths.describe(0).settings.time_step_s)
     assert np.allclose(forces[:, 0], [0, -9.81 * density, 0], atol=0.02) and (forces[:, 1] == 0).all()
+
+
+def test_grips_of_cloths_with_unlike_numbers_are_each_in_its_row_and_slot(session):
+    batches = [session.create(sheet(pins=[], max_grips=grips)) for grips in (2, 4, 0)]
+    batches[1].grip([0, 1, 2, 3], particles=[20, 21, 22, 23])
+    batches[0].grip([0, 1], particles=[10, 11])
+    for batch in batches:
+        batch.step()
+    mixed = session.attach(np.concatenate([batch.ids for batch in batches]))
+    answer = mixed.step(impulses=True)
+    assert answer.grips.particles.tolist() == [[10, 11, -1, -1], [20, 21, 22, 23], [-1] * 4]
+    assert not answer.grips.positions[0, 2:].any() and answer.grips.positions[1, 3, 0] == pytest.approx(1, abs=1e-6)
+    assert bits(answer.grips.impulses) == bits(answer.impulses.grips)
+    assert answer.impulses.grips.shape == (3, 4, 3)
+    for row, held in ((0, 2), (1, 4), (2, 0)):
+        assert answer.impulses.grips[row, :held].any(-1).all() and not answer.impulses.grips[row, held:].any()
+    some = mixed.step(impulses=True, ids=[1, 0]).grips
+    assert some.particles.tolist() == [[20, 21, 22, 23], [10, 11, -1, -1]]
+    assert mixed.step(grips=True, ids=[2]).grips.particles.shape == (1, 0)
+
+
+def refused(cloths, error):
+    """A step that the server refuses by this error."""
+
+    def ask(connection, of, call, tries):
+        raise error
+
+    with pytest.MonkeyPatch.context() as patch, pytest.raises(type(error)):
+        patch.setattr("drape.connection.Connection._ask", ask)
+        cloths.step()
+
+
+@pytest.mark.parametrize("ask, kind", [
+    (lambda cloths: cloths.step(expected=7), drape.FailedPrecondition),
+    (lambda cloths: cloths.step(timeout_s=-1), drape.InvalidArgument),  # not sent
+    (lambda cloths: cloths.step(view=drape.StateView(reductions=[drape.StateView.COVERAGE])), drape.InvalidArgument),
+    (lambda cloths: cloths._session.step([cloths], expected=7), drape.FailedPrecondition),
+    (lambda cloths: refused(cloths, drape.ResourceExhausted(reason="QUEUE_FULL")), None),
+    (lambda cloths: refused(cloths, drape.Unavailable(reason="DRAINING")), None),
+    (lambda cloths: refused(cloths, drape.Cancelled(reason="DEADLINE_PASSED")), None)])
+def test_controls_wait_on_where_a_step_was_not_begun(session, ask, kind):
+    cloths = session.create(sheet(max_grips=1), count=2)
+    cloths.move_pins([0], [0, 0.25, 0])
+    cloths.grip([0], particles=[20], ids=[1])
+    if kind is None:
+        ask(cloths)
+    else:
+        with pytest.raises(kind):
+            ask(cloths)
+    answer = cloths.step(grips=True)
+    assert np.allclose(answer.positions[:, 0], [0, 0.25, 0]) and answer.grips.particles.tolist() == [[-1], [20]]
+    assert not cloths._pending._tables
+
+
+@pytest.mark.parametrize("error", [
+    drape.Unavailable("cut"), drape.ResourceExhausted(reason="DEVICE_MEMORY"), drape.DeadlineExceeded(),
+    drape.ResourceExhausted(reason="QUEUE_FULL", unanswered_tries=1)])
+def test_controls_are_gone_with_a_step_that_may_be_done(session, spec, error):
+    cloths = session.create(spec)
+    cloths.move_pins([0], [0, 0.25, 0])
+    refused(cloths, error)
+    assert not cloths.step().positions[0, 0].any()
+
+
+def test_controls_of_a_world_wait_for_all_its_cloths(session, spec):
+    one, other = (session.create(spec, origins=[[k, 0, 0]], world="w") for k in range(2))
+    one.move_pins([0], [0, 0.25, 0])
+    with pytest.raises(drape.FailedPrecondition, match="WORLD_INCOMPLETE"):
+        one.step()
+    session.step([other, one])
+    assert np.allclose(one.positions[0, 0], [0, 0.25, 0])
+
+
+def test_restarts_of_unlike_kinds_in_one_step_are_refused_and_wait(session, spec):
+    one, other = session.create(spec), session.create(spec)
+    session.step([one, other], 3)
+    one.restart()
+    other.restart(transforms=[0, 1, 0, 0, 0, 0, 1])
+    with pytest.raises(drape.InvalidArgument, match="transforms: cloths of one step start again all of them with"):
+        session.step([one, other])
+    assert one.step().step_count == [1] and other.step().positions[0, 0].tolist() == [0, 1, 0]
+
+
+@pytest.mark.parametrize("batches, words", [
+    (lambda one, other: one, "<1 cloths .* is not a list of Cloths"), (lambda one, other: [one, 3], "is not a list of Cloths"),
+    (lambda one, other: [one, one], "one is given twice"), (lambda one, other: [one, other], "not all of this session")])
+def test_batches_of_one_step_are_cloths_of_the_session(client, session, spec, batches, words):
+    with client.session() as another:
+        with pytest.raises(drape.InvalidArgument, match=f"batches: .*{words}"):
+            session.step(batches(session.create(spec), another.create(spec)))
+    assert session.step([]) == []

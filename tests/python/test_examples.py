@@ -1,6 +1,9 @@
+import inspect
 import json
 import os
 import pathlib
+import re
+import runpy
 import subprocess
 import sys
 
@@ -54,9 +57,25 @@ def test_the_reference_is_that_of_the_docstrings():
     assert out == (maker.parent / "reference.md").read_text(), f"{maker} writes it again"
 
 
-def test_the_reference_has_everything_that_is_public():
-    import inspect
+# What cannot fail, or says so where it is made.
+CANNOT_FAIL = {"close", "address", "lease_error", "name", "step_count", "time_step_s", "pause", "resume", "stop"}
 
+
+def test_what_can_fail_says_what_it_raises():
+    parts = runpy.run_path(str(ROOT / "client/python/make_reference.py"))
+    members = {(cls.__name__, name): member for cls in parts["CLASSES"] if not cls.__module__.startswith("drape.gym")
+               for name, member in inspect.getmembers(cls)
+               if not name.startswith("_") and name not in dir(Exception)
+               and (inspect.isfunction(member) or isinstance(member, property))}
+    assert ("Cloths", "step") in members and ("Player", "advance") in members
+    assert [key for key, member in members.items() if not member.__doc__] == []
+    like_positions = {("Cloths", "velocities"), ("Cloths", "time_s")}
+    told = {key: member.__doc__ for key, member in members.items() if key[1] not in CANNOT_FAIL and key not in like_positions}
+    told.update({function.__name__: function.__doc__ for function in parts["FUNCTIONS"]})
+    assert [key for key, text in told.items() if not re.search(r"\b[Rr]aises\b", text)] == []
+
+
+def test_the_reference_has_everything_that_is_public():
     import drape
     import drape.gym
     from drape.gym import metrics, scripted

@@ -38,6 +38,16 @@ def test_an_error_ends_the_stream_and_the_batch_goes_on(session, spec):
         cloths.pipeline(0)
 
 
+def test_a_step_of_no_cloths_has_its_place(session, spec):
+    cloths = session.create(spec, count=2)
+    with cloths.pipeline(depth=2) as steps:
+        assert steps.step() is None
+        assert steps.step(ids=[]).step_count.tolist() == [1, 1]
+        assert steps.step(ids=[1]).positions.shape == (0, 36, 3)
+        assert [answer.step_count.tolist() for answer in steps.drain()] == [[2]]
+        assert steps.step(ids=np.zeros(2, bool)) is None and len(steps.drain()) == 1
+
+
 def test_leaving_by_an_exception_cancels(session):
     cloths = session.create(sheet(64), count=4)
     with pytest.raises(KeyError):

@@ -1,3 +1,5 @@
+import pickle
+
 import numpy as np
 import pytest
 
@@ -173,3 +175,19 @@ def test_columns_that_do_not_fit_are_refused_before_a_step(session, columns, wor
     with pytest.raises(drape.InvalidArgument, match=words):
         cloths.rollout(2, **columns)
     assert cloths.step().step_count == [1]
+
+
+@pytest.mark.parametrize("failing", [0, 3, 9])
+def test_what_came_before_an_error_is_told(session, spec, failing):
+    cloths, alone = session.create(spec, count=2), session.create(spec, count=2)
+    lengths = np.full((1, 10, 1), 0.2)
+    lengths[0, failing:] = -1  # which only the server refuses
+    with pytest.raises(drape.InvalidArgument, match=f"lengths_m.*; {failing} of 10 rows came before") as caught:
+        cloths.rollout(10, constraints=[7], rest_lengths=lengths)
+    rows = caught.value.rows
+    assert set(rows) == ({"positions", "step_count", "time_s", "faulted"} if failing else set())
+    expected = alone.rollout(failing, constraints=[7], rest_lengths=lengths[:, :failing])
+    assert all(bits(rows[name]) == bits(expected[name]) for name in rows)
+    copy = pickle.loads(pickle.dumps(caught.value))
+    assert all(bits(copy.rows[name]) == bits(rows[name]) for name in rows)
+    assert cloths.read().step_count.tolist() == [failing, failing]

@@ -1,3 +1,4 @@
+import asyncio
 import json
 import subprocess
 
@@ -5,6 +6,7 @@ import numpy as np
 import pytest
 
 import drape
+import drape.aio
 from conftest import DRAPE, ROOT
 
 EXAMPLES = ROOT / "client/examples"
@@ -98,6 +100,19 @@ def test_bad_scenes_are_refused(tmp_path, change, words):
     file.write_text(json.dumps({"duration_s": 1, "cloths": [{"spec": {}}], **change}))
     with pytest.raises(drape.Error, match=words):
         drape.scene.load(file)
+
+
+def test_only_a_session_that_waits_plays(client):
+    scene = drape.scene.load(EXAMPLES / "chain.json")
+
+    async def program():
+        async with await drape.aio.connect(client.address) as other, await other.session() as mine:
+            with pytest.raises(drape.InvalidArgument, match="session: drape.aio.Session is not a drape.Session"):
+                scene.play(mine)
+
+    asyncio.run(program())
+    with pytest.raises(drape.InvalidArgument, match="session: builtins.NoneType is not"):
+        scene.play(None)
 
 
 @pytest.mark.parametrize("settings, words", [

@@ -152,6 +152,7 @@ def test_with_asyncio():
                         if report.is_paused:
                             break
                     await run.stop()
+                    await run.pause()  # of what has ended: nothing
                     reports = [report async for report in run]
             assert reports[-1].is_last
             assert np.array_equal((await cloths.read()).step_count, [reports[-1].steps] * 2)

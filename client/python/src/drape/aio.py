@@ -10,8 +10,10 @@ The properties `positions`, `velocities` and `time_s` of a batch do not ask: awa
 from __future__ import annotations
 
 import asyncio
+import contextlib
 import functools
 import os
+import weakref
 from typing import Awaitable, Callable
 
 import grpc
@@ -28,6 +30,12 @@ from .retries import Retries
 from .rollout import awaited_rollout
 from .session import _LAST_CALL_S, _RENEWALS_PER_LEASE, SessionBase, iter_of
 from .streams import Frame, FramesBase, RunBase
+
+
+def _is_cancelled():
+    """Whether somebody wants this task to end; before Python 3.11 nobody knows. What gRPC raises of a call that was cancelled
+    is the same."""
+    return getattr(asyncio.current_task(), "cancelling", int)() > 0
 
 
 def _awaiting(operation: Callable[P, Operation[R]]) -> Callable[P, Awaitable[R]]:
@@ -50,14 +58,43 @@ class _Connection(ConnectionBase):
         """The grpc call of a method with streams both ways; requests are written to it."""
         return self.call_of(name)(metadata=self.metadata_of(route))
 
+    async def read(self, stream, call, route=None):
+        """The next message of `call`, or grpc.aio.EOF. Raises errors of this package alone. stream: whose call it is."""
+        try:
+            if not stream.is_closed:
+                return await call.read()
+        except grpc.RpcError as error:
+            raise self.error_of(error, route) from None
+        except asyncio.CancelledError:
+            if _is_cancelled() or not stream.is_closed:
+                raise
+        raise errors.Cancelled("the stream was closed", reason="STREAM_CLOSED")
+
+    @staticmethod
+    async def write(stream, call, message):
+        """Sends a message, or nothing to a stream that has ended: whoever reads it is told why, as in `drape`. By the `write`
+        of grpc.aio an error of its own would take the place of the server's, and of the answers before that."""
+        if call.done():
+            return
+        try:
+            await call.wait_for_connection()
+            await call._cython_call.send_serialized_message(message.SerializeToString())
+        except (grpc.RpcError, grpc.aio.InternalError):
+            pass
+        except asyncio.CancelledError:
+            if _is_cancelled() or not stream.is_closed:
+                call.cancel()
+                raise
+
     async def run(self, operation):
         try:
             call = operation.send(None)
             while True:
-                of, tries = self._begin(call)
                 try:
-                    answer = await self._ask(of, call, tries)
-                except errors.Error as error:
+                    answer = await self._ask(*self._begin(call))
+                except GeneratorExit:  # the event loop has ended: nothing can be asked any more
+                    raise
+                except BaseException as error:
                     call = operation.throw(error)
                 else:
                     call = operation.send(answer)
@@ -75,6 +112,10 @@ class _Connection(ConnectionBase):
                 return answer
             except grpc.RpcError as error:
                 pause_s = self._failed(error, call, tries)
+            except asyncio.CancelledError as error:
+                if _is_cancelled() or not self.closed:
+                    raise
+                raise errors.Cancelled("the client was closed meanwhile", reason="CLIENT_CLOSED") from error
             await asyncio.sleep(pause_s)
             request = self._again(call, request)
 
@@ -100,28 +141,37 @@ class _Connection(ConnectionBase):
 class Pipeline(PipelineBase):
     __doc__ = PipelineBase.__doc__
 
+    is_closed = False
+
     async def step(self, steps: int = 1, *, view=states.POSITIONS, report: bool = False, ids=None):
         """See `drape.Pipeline.step`."""
-        await self._answers.write(self._prepare(steps, view, report, ids))
+        request = self._prepare(steps, view, report, ids)
+        if request is not None:
+            await self._cloths._connection.write(self, self._answers, request)
         return await self._next() if self._is_full() else None
 
     async def drain(self) -> list:
-        """Waits for the answers to all steps under way."""
-        return [await self._next() for _ in range(len(self._under_way))]
+        """Waits for the answers to all steps under way. Raises what `step` does."""
+        return [answer async for answer in self._rest()]
 
     def close(self) -> None:
         """Cancels what is under way. Steps that the server has begun may be done."""
+        self.is_closed = True
         self._answers.cancel()
         self._give_up()
 
+    async def _rest(self):
+        for _ in range(len(self._under_way)):
+            yield await self._next()
+
     async def _next(self):
-        answer = None
+        answer = self._of_nothing()
         while answer is None:
             try:
-                response = await self._answers.read()
-            except grpc.RpcError as error:
+                response = await self._cloths._connection.read(self, self._answers, self._cloths._session._route)
+            except errors.Error:
                 self._give_up()
-                raise self._cloths._connection.error_of(error, self._cloths._session._route) from None
+                raise
             if response is grpc.aio.EOF:
                 raise self._ended()
             answer = self._arrived(response)
@@ -141,24 +191,28 @@ class Pipeline(PipelineBase):
 class _Awaited:
     """What the streams of this module have in common. The first use sends what begins it."""
 
+    is_closed = False
+
     async def _open(self):
         first, self._first = self._first, None
         if first is not None:
-            await self._call.write(first)
+            await self._connection.write(self, self._call, first)
         return self
+
+    async def _write(self, request):
+        await self._open()
+        await self._connection.write(self, self._call, request)
 
     async def _read(self):
         await self._open()
-        try:
-            answer = await self._call.read()
-        except grpc.RpcError as error:
-            raise self._connection.error_of(error) from None
+        answer = await self._connection.read(self, self._call)
         if answer is grpc.aio.EOF:
             raise StopAsyncIteration
         return answer
 
     def close(self) -> None:
         """Ends it, at once. May be called again."""
+        self.is_closed = True
         self._call.cancel()
 
     async def __aenter__(self):
@@ -179,27 +233,35 @@ class Frames(_Awaited, FramesBase):
         while not chunks[-1].is_last:
             chunks.append(await self._read())
         if self._gives_credit:
-            await self._call.write(self._credit)
+            await self._write(self._credit)
         return self._frame_of(chunks)
 
 
 class Run(_Awaited, RunBase):
     __doc__ = RunBase.__doc__
 
+    _is_stopped = False
+
     async def __anext__(self) -> v1.RunReport:
         return await self._read()
 
     async def pause(self) -> None:
         """See `drape.Run.pause`."""
-        await self._call.write(v1.RunRequest(pause=True))
+        await self._ask_to_pause(True)
 
     async def resume(self) -> None:
         """See `drape.Run.resume`."""
-        await self._call.write(v1.RunRequest(pause=False))
+        await self._ask_to_pause(False)
 
     async def stop(self) -> None:
         """See `drape.Run.stop`."""
+        await self._open()
+        self._is_stopped = True
         await self._call.done_writing()
+
+    async def _ask_to_pause(self, is_paused):
+        if not self._is_stopped:
+            await self._write(v1.RunRequest(pause=is_paused))
 
 
 class Cloths(ClothsBase):
@@ -260,8 +322,11 @@ class Session(SessionBase):
 
     def __init__(self, client, message, is_owner):
         super().__init__(client, message, is_owner)
-        self._lease_error = None
-        self._renewal = asyncio.get_running_loop().create_task(self._keep())
+        loop = asyncio.get_running_loop()
+        self._lease = _Lease(self._connection, self.name, self.ttl_s)
+        self._renewal = loop.create_task(self._lease.keep())
+        self._end = weakref.finalize(self, _abandon, loop, self._renewal, self._connection, self.name, is_owner)
+        self._end.atexit = False  # no event loop is left then
 
     create: Callable[..., Awaitable[Cloths]] = _awaiting(SessionBase._create)
     attach: Callable[..., Awaitable[Cloths]] = _awaiting(SessionBase._attach)
@@ -272,39 +337,67 @@ class Session(SessionBase):
     reattach = _awaiting(SessionBase._reattach)
 
     @property
-    def lease_error(self):
-        return self._lease_error
-
-    async def _keep(self):
-        interval_s = self.ttl_s / _RENEWALS_PER_LEASE
-        while True:
-            await asyncio.sleep(interval_s)
-            try:
-                await self.renew()
-            except errors.NotFound as error:
-                self._lease_error = error
-                return
-            except errors.Error:
-                pass  # it may pass: the next renewal tries again
+    def lease_error(self) -> errors.Error | None:
+        """See `drape.Session.lease_error`."""
+        return self._lease.error
 
     async def close(self):
         """Deletes it on the server, if it was created here. May be called again."""
-        self._renewal.cancel()
-        self._connection.told_steps.pop(self.name, None)
-        if not self._is_owner or self._connection.closed:
-            return
-        self._is_owner = False
-        try:
-            await self._connection.run(
-                iter_of(Unary("DeleteSession", v1.DeleteSessionRequest(name=self.name), Route(self.name), _LAST_CALL_S)))
-        except errors.Error:
-            pass  # then its lease ends it
+        if self._end.detach():
+            await _end(self._renewal, self._connection, self.name, self._is_owner)
 
     async def __aenter__(self):
         return self
 
     async def __aexit__(self, *_):
         await self.close()
+
+
+class _Lease:
+    """Renews a lease until its task is cancelled or the session is gone. Knows the connection, not the session object,
+    which may be collected meanwhile."""
+
+    def __init__(self, connection, name, ttl_s):
+        self._connection = connection
+        self._call = Unary("RenewSession", v1.RenewSessionRequest(name=name), Route(name))
+        self._interval_s = ttl_s / _RENEWALS_PER_LEASE
+        self.error = None
+
+    async def keep(self):
+        while True:
+            await asyncio.sleep(self._interval_s)
+            try:
+                await self._connection.run(iter_of(self._call))
+            except errors.NotFound as error:
+                self.error = error
+                return
+            except errors.Error:
+                if self._connection.closed:
+                    return  # any other error may pass: the next renewal tries again
+
+
+async def _end(renewal, connection, name, is_owner):
+    renewal.cancel()
+    connection.told_steps.pop(name, None)
+    if not is_owner or connection.closed:
+        return
+    with contextlib.suppress(errors.Error):  # else its lease ends it
+        await connection.run(iter_of(Unary("DeleteSession", v1.DeleteSessionRequest(name=name), Route(name), _LAST_CALL_S)))
+
+
+_ending = set()  # tasks: an event loop does not keep them
+
+
+def _abandon(loop, *session):
+    """A session was collected, in whatever thread: it ends in that of its event loop, if that still runs."""
+
+    def begin():
+        task = loop.create_task(_end(*session))
+        _ending.add(task)
+        task.add_done_callback(_ending.discard)
+
+    with contextlib.suppress(RuntimeError):  # the loop is closed: the lease ends the session
+        loop.call_soon_threadsafe(begin)
 
 
 class Client(ClientBase):

@@ -3,7 +3,9 @@ protobuf, numpy or gRPC would raise. What can be sent, the server checks."""
 
 from __future__ import annotations
 
+import math
 import operator
+import os
 import reprlib
 
 from google.protobuf.descriptor import FieldDescriptor
@@ -56,6 +58,24 @@ def seconds(name, value):
     except (TypeError, ValueError):
         pass
     raise errors.bad_field(name, f"{reprlib.repr(value)} is not a number of seconds > 0, nor None")
+
+
+def positive(name, value):
+    """`value` as a finite float > 0."""
+    try:
+        number = float(value)
+    except (TypeError, ValueError):
+        number = 0.0
+    if not 0 < number < math.inf:
+        raise errors.bad_field(name, f"{reprlib.repr(value)} is not a finite number > 0")
+    return number
+
+
+def path(name, value):
+    """`value`, the path of a file."""
+    if not isinstance(value, (str, os.PathLike)):
+        raise errors.bad_field(name, f"{reprlib.repr(value)} is not the path of a file")
+    return value
 
 
 def text(name, value, *, is_secret=False):

@@ -51,7 +51,8 @@ class ClientBase:
         self.dtype = np.dtype("<f8" if self.info.precision == "float64" else "<f4")
 
     @property
-    def address(self):
+    def address(self) -> str:
+        """HOST:PORT of the server."""
         return self._connection.address
 
     def __repr__(self):
@@ -62,7 +63,7 @@ class ClientBase:
         """A new session; or, with `name`, one that exists, which then is not deleted from here.
 
         ttl_s: its lease, 1 to 86400; None: the server's default. display_name: free text for operators.
-        Raises SessionLost, ResourceExhausted (TOO_MANY_SESSIONS).
+        Raises InvalidArgument, SessionLost, ResourceExhausted (TOO_MANY_SESSIONS).
         """
         if name is None:
             message = yield Unary("CreateSession", checks.message(v1.CreateSessionRequest, ttl_s=ttl_s, display_name=display_name))
@@ -78,7 +79,7 @@ class ClientBase:
         return session
 
     def _sessions(self) -> Operation[list[v1.Session]]:
-        """All sessions of the server, with shortened names."""
+        """All sessions of the server, with shortened names. Raises Unavailable, Unauthenticated."""
         sessions, token = [], ""
         while True:
             page = yield Unary("ListSessions", v1.ListSessionsRequest(page_size=_SESSIONS_PER_PAGE, page_token=token))
@@ -88,7 +89,7 @@ class ClientBase:
                 return sessions
 
     def _server_info(self) -> Operation[v1.ServerInfo]:
-        """What the server is, allows and holds at present."""
+        """What the server is, allows and holds at present. Raises Unavailable, Unauthenticated."""
         return (yield Unary("GetServerInfo", v1.GetServerInfoRequest()))
 
     def _health(self) -> Operation[bool]:
@@ -139,13 +140,14 @@ def connect(address: str, *, tls: bool | bytes | str = False, certificate: tuple
     """Connects to a server at HOST:PORT and waits until it answers.
 
     tls: False (only for servers of this machine and of private networks), True (certificates of the system), or the
-    certificates to trust: PEM bytes, or a file. certificate: this client's own chain and key, each PEM bytes or a file,
-    for servers that ask for it. token: the tenant's, for servers that want one; give it only together
+    certificates to trust: PEM bytes, or a file. certificate: a pair of this client's own chain and key, each PEM bytes
+    or a file, for servers that ask for it. token: the tenant's, for servers that want one; give it only together
     with TLS, or to a server of this machine. timeout_s: limit of every single request that is not a stream
     (pipelines, runs and frames are streams), 3600 by default; None: none. A step that takes longer is given its own:
     `step(…, timeout_s=math.inf)`.
     retries: what is sent again when a connection fails; None: nothing.
-    Raises Unavailable (CANNOT_CONNECT), Unauthenticated (INVALID_TOKEN), FailedPrecondition (TLS_FILE_FAILED).
+    Raises InvalidArgument, Unavailable (CANNOT_CONNECT), Unauthenticated (INVALID_TOKEN), FailedPrecondition
+    (TLS_FILE_FAILED).
     """
     return Client(Connection(address, tls, timeout_s, token=token, certificate=certificate, retries=retries),
                   ready_timeout_s)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import uuid
 from typing import Any
 
 import numpy as np
@@ -11,8 +10,10 @@ from google.protobuf.field_mask_pb2 import FieldMask
 from . import checks, columns, errors, masks, states, topology, v1
 from .controls import Controls
 from .operations import Operation, Reading, Unary, blocking
+from .pictures import Pictures
 from .pipeline import Pipeline
 from .rollout import rollout
+from .saved_states import SavedStates
 from .streams import Frames, Run
 
 # Larger states come in chunks of 1 MiB into one array: a single message of 12 MB takes longer (`./run bench python`).
@@ -35,16 +36,18 @@ def overrides_of(count, **fields):
     return overrides
 
 
-class ClothsBase(Controls):
-    """n cloths of one spec. `ids` of every method: None (all n), indices, or a mask bool[n]; nothing selected does
-    nothing, and answers have no rows.
+class ClothsBase(Controls, Pictures, SavedStates):
+    """n cloths of one spec. `ids` of a method: None (all n), indices, or a mask bool[n]; nothing selected does nothing,
+    and answers have no rows. What is one thing of all cloths, a picture, a snapshot or a run, needs one at least.
 
     Not for several threads at once. Made by `Session.create` and `Session.attach`.
 
     ids: uint64[n], the names in the protocol. num: n. particles: rows of each cloth. shape: what the server built.
-    spec: the description, with what `update` has changed of all cloths; None if attached. origins: [n, 3] of the environments; None: all 0. step_count:
-    uint64[n] completed steps. faulted: bool[n], stopped at the last good state until it is reset. timing: where the
-    server spent the last step.
+    spec: the description, with what `update` has changed of all cloths; None if attached. origins: [n, 3] of the
+    environments; None: all 0. step_count: uint64[n] completed steps. faulted: bool[n], stopped at the last good state
+    until it is reset. timing: where the server spent the last step.
+
+    Whatever asks the server may also raise Unavailable, DeadlineExceeded, SessionLost and StateLost.
     """
 
     def __init__(self, session, ids, shape, spec, origins=None):
@@ -78,7 +81,9 @@ class ClothsBase(Controls):
               impulses: bool = False, ids=None,
               until: int | None = None, expected: int | None = None, timeout_s: float | None = None,
               request_id: str = "") -> Operation[states.Answer]:
-        """Steps the cloths of `ids` and waits. Controls that wait for them take effect first, once.
+        """Steps the cloths of `ids` and waits. Controls that wait for them take effect first, once: a step that fails takes
+        them along, but where the server has done nothing (QUEUE_FULL, STEP_MISMATCH, ...), or got nothing, and they are
+        not what is wrong: then they go on waiting.
 
         steps: >= 1. until: step until this many are complete instead. expected: every cloth must have completed exactly
         this many, else FailedPrecondition (STEP_MISMATCH). view: what the answer brings: drape.POSITIONS (default),
@@ -87,29 +92,36 @@ class ClothsBase(Controls):
         the last step. grips: tell what the grips hold, and where (`Answer.grips`). impulses: tell what the
         cloths gave to their colliders, pins and grips in the last step (`Answer.impulses`, `Answer.grips.forces`).
         request_id: a repetition of a completed step with the same id gets the same answer and no step.
-        Raises InvalidArgument, FailedPrecondition, SessionLost, ResourceExhausted, DeadlineExceeded.
+        Raises InvalidArgument, FailedPrecondition, NotFound (CLOTH_NOT_FOUND), SessionLost, ResourceExhausted,
+        DeadlineExceeded.
         """
         rows = columns.rows_of(ids, self.num)
         wanted = states.view_of(view)
         if rows is not None and not len(rows):
             return self._nothing(wanted)
-        request = self._step_request(steps, wanted, report, rows, until, expected, request_id=request_id,
-                                     grip_states=grips or impulses, impulses=impulses)
+        request, taken = self._step_request(steps, wanted, report, rows, until, expected, request_id=request_id,
+                                            grip_states=grips or impulses, impulses=impulses)
         self._forget_states()  # also if the step fails: it may be done in part
         reader = self._reader_of(wanted, rows)
-        if reader is None:
-            response = yield Unary("Step", request, self._session._route, timeout_s)
-        else:
-            yield Reading("StepInChunks", request, self._session._route, reader.take, timeout_s, clear=reader.clear)
-            response = reader.response
+        try:
+            if reader is None:
+                response = yield Unary("Step", request, self._session._route, timeout_s)
+            else:
+                yield Reading("StepInChunks", request, self._session._route, reader.take, timeout_s, clear=reader.clear)
+                response = reader.response
+        except errors.Error as error:
+            self._put_back(taken, error)
+            raise
         return self._take(response, rows, request, reader)
 
     def _read(self, positions: bool = True, velocities: bool = False, particles=None, ids=None, out=None,
               timeout_s: float | None = None) -> Operation[states.States]:
         """The present states of the cloths of `ids`, without a step.
 
-        particles: strictly ascending indices, at most 4096; None: all. out: a writeable array for the positions, or a
-        dict with "positions" and "velocities", to be filled and returned. Large answers come in chunks of 1 MiB.
+        particles: strictly ascending indices, at most 4096; None: all. out: a writeable array for the positions (for the
+        velocities, if they alone are read), or a dict of arrays by "positions" and "velocities", to be filled and
+        returned. Large answers come in chunks of 1 MiB. Raises InvalidArgument, also if `out` does not fit or has what is
+        not read; ResourceExhausted (TOO_MANY_READS), NotFound (CLOTH_NOT_FOUND).
         """
         rows = columns.rows_of(ids, self.num)
         names = [name for name, is_wanted in (("positions", positions), ("velocities", velocities)) if is_wanted]
@@ -123,7 +135,7 @@ class ClothsBase(Controls):
         request = v1.ReadStatesRequest(session=self._session.name, view=wanted)
         ids_list = self._ids_list(rows)
         columns.fill(request, {"cloth_ids": ids_list})
-        given = out if isinstance(out, dict) else {"positions": out}
+        given = out if isinstance(out, dict) else {} if out is None else {names[0]: out}
         per_cloth = self.particles if particles is None else len(request.view.particles)
         reader = states.StateReader(ids_list, per_cloth, names, self._session.dtype, given)
         yield Reading("ReadStates", request, self._session._route, reader.sink, timeout_s)
@@ -138,7 +150,8 @@ class ClothsBase(Controls):
         forgets controls that wait.
 
         transforms [m, 7]: position [m] and quaternion x, y, z, w, where each cloth starts this time. overrides: m
-        ClothOverrides, changes of each cloth of its own, from now on (see `randomise`).
+        ClothOverrides, changes of each cloth of its own, from now on (see `randomise`). Raises InvalidArgument,
+        ResourceExhausted, NotFound (CLOTH_NOT_FOUND); nothing has been done then.
         """
         rows = columns.rows_of(ids, self.num)
         if rows is not None and not len(rows):
@@ -159,6 +172,7 @@ class ClothsBase(Controls):
 
         positions [m]: [m, particles, 3], float32 or float64. velocities [m/s]: the same; None: at rest. frame: "WORLD"
         (as in answers) or "ENVIRONMENT". Pins and what grips hold go on to their targets in the next step.
+        Raises InvalidArgument, also for what is not finite; NotFound (CLOTH_NOT_FOUND).
         """
         rows = columns.rows_of(ids, self.num)
         if rows is not None and not len(rows):
@@ -176,76 +190,22 @@ class ClothsBase(Controls):
         self.faulted[every] = False
         self._forget_states()
 
-    def _save(self, name: str, ids=None) -> Operation[None]:
-        """Keeps the cloths as they are by `name`, in the server's memory: everything that they go on from. Replaces
-        what had the name. Raises ResourceExhausted (TOO_MANY_SAVED_STATES); `drop` frees the memory."""
-        rows = columns.rows_of(ids, self.num)
-        if rows is not None and not len(rows):
-            return
-        request = checks.message(v1.SaveStatesRequest, session=self._session.name, name=name)
-        columns.fill(request, {"cloth_ids": self._ids_list(rows)})
-        yield Unary("SaveStates", request, self._session._route)
-        self._faulted_when_saved[name] = self.faulted.copy()
-
-    def _load(self, name: str, ids=None, *, of=None) -> Operation[None]:
-        """The cloths of `ids` go on from what `save` kept, with the same bits, parameters and pins included; controls
-        that wait are forgotten. of: indices [m] of the saved cloths that they become (several may become the same one);
-        None: each itself. Raises NotFound (SAVED_STATES_NOT_FOUND), InvalidArgument where shape or place differ."""
-        rows = columns.rows_of(ids, self.num)
-        if rows is not None and not len(rows):
-            return
-        request = checks.message(v1.LoadStatesRequest, session=self._session.name, name=name)
-        columns.fill(request, {"cloth_ids": self._ids_list(rows)})
-        of = None if of is None else columns.indices("of", of, self.num)
-        if of is not None:
-            columns.fill(request, {"saved_cloth_ids": self.ids[of].tolist()})
-        yield Unary("LoadStates", request, self._session._route)
-        self._pending.drop(rows, self.num)
-        self._forget_states()
-        yield from self._read(particles=[0], ids=ids)  # which step they are at
-        every = self._every(rows)
-        known = self._faulted_when_saved.get(name)
-        self.faulted[every] = False if known is None else known[every if of is None else of]
-
-    def _drop(self, name: str) -> Operation[None]:
-        """Forgets what `save` kept by this name."""
-        request = checks.message(v1.DropStatesRequest, session=self._session.name, name=name)
-        self._faulted_when_saved.pop(name, None)
-        yield Unary("DropStates", request, self._session._route)
-
-    def _snapshot(self, ids=None) -> Operation[bytes]:
-        """The cloths as bytes, with everything that they go on from; `session.restore` makes cloths of them, here or on
-        another server of the same build. They count among the server's saved states while they come."""
-        rows = columns.rows_of(ids, self.num)
-        if rows is not None and not len(rows):
-            raise errors.bad_field("ids", "no cloth is named")
-        name = f"snapshot-{uuid.uuid4().hex}"
-        route, pieces = self._session._route, []
-        # With ids, so that cuts do no harm: nobody else has the name.
-        request = v1.SaveStatesRequest(session=route.session, name=name, request_id=name)
-        columns.fill(request, {"cloth_ids": self._ids_list(rows)})
-        yield Unary("SaveStates", request, route)
-
-        def rest():
-            return v1.ExportClothsRequest(session=route.session, name=name, offset=sum(map(len, pieces)))
-
-        try:
-            yield Reading("ExportCloths", rest(), route, lambda chunk: pieces.append(chunk.data), rest=rest)
-        finally:
-            yield Unary("DropStates", v1.DropStatesRequest(session=route.session, name=name, request_id=f"drop-{name}"),
-                        route)
-        return b"".join(pieces)
-
     def _topology(self, row: int = 0) -> Operation[topology.Topology]:
-        """Triangles, edges, rest positions and grid of a cloth, as the server has them; also of attached cloths."""
+        """Triangles, edges, rest positions and grid of a cloth, as the server has them; also of attached cloths. row: its
+        index, 0 to n - 1, from the end if negative. Raises InvalidArgument, NotFound (CLOTH_NOT_FOUND)."""
         at = columns.rows_of([row], self.num)[0]
         request = v1.ReadTopologyRequest(session=self._session.name, cloth_id=self._all_ids[at])
         return topology.Topology.of((yield Unary("ReadTopology", request, self._session._route)))
 
     def _randomise(self, ids=None, *, gravity=None, wind=None, damping=None, friction_static=None, friction_dynamic=None,
                    restitution=None, thickness=None, air_drag=None, air_lift=None) -> Operation[None]:
-        """Changes parameters, each cloth's to its own: gravity [m/s^2] and wind [m/s] [m, 3], the others numbers or [m]
-        (units as in ClothOverride). What is None stays. No new model is built."""
+        """Changes parameters, each cloth's to its own. What is None stays. No new model is built.
+
+        gravity [m/s^2], wind [m/s]: [3] or [m, 3]. The others are numbers or [m], each >= 0: damping [1/s], the rate at
+        which velocities decay; friction_static, friction_dynamic, and restitution, at most 1: without units; thickness
+        [m]; air_drag and air_lift: coefficients without units. Raises InvalidArgument with the range of the field,
+        NotFound (CLOTH_NOT_FOUND); nothing has been changed then.
+        """
         rows = columns.rows_of(ids, self.num)
         if rows is not None and not len(rows):
             return
@@ -258,7 +218,9 @@ class ClothsBase(Controls):
 
     def _update(self, spec: v1.ClothSpec, paths, ids=None) -> Operation[None]:
         """Sets the fields named by `paths` (see UpdateClothsRequest.update_mask) from `spec`, for all cloths or none:
-        `cloths.update(ClothSpec(environment=Environment(wind_m_per_s=[2, 0, 0])), ["environment.wind_m_per_s"])`."""
+        `cloths.update(ClothSpec(environment=Environment(wind_m_per_s=[2, 0, 0])), ["environment.wind_m_per_s"])`.
+        Raises InvalidArgument, ResourceExhausted (BUILD_QUEUE_FULL, BUILD_TIME_EXCEEDED), Aborted (UPDATE_CONFLICT),
+        NotFound (CLOTH_NOT_FOUND); nothing has been changed then."""
         rows = columns.rows_of(ids, self.num)
         if rows is not None and not len(rows):
             return
@@ -273,59 +235,44 @@ class ClothsBase(Controls):
 
     def _describe(self, row: int) -> Operation[v1.Cloth]:
         """Everything that the server tells about one cloth: settings, pins, poses of colliders, the reason of a
-        fault."""
+        fault. row: as of `topology`. Raises InvalidArgument, NotFound (CLOTH_NOT_FOUND)."""
         at = columns.rows_of([row], self.num)[0]
         request = v1.GetClothRequest(session=self._session.name, cloth_id=self._all_ids[at])
         return (yield Unary("GetCloth", request, self._session._route))
 
     def _descriptions(self, ids=None) -> Operation[list[v1.Cloth]]:
-        """What `describe` tells, of the cloths of `ids`, in few requests."""
+        """What `describe` tells, of the cloths of `ids`, in few requests. Raises InvalidArgument, NotFound
+        (CLOTH_NOT_FOUND)."""
         found = yield from self._session._described(self._ids_list(columns.rows_of(ids, self.num)))
         return list(found.values())
 
-    def _delete(self) -> Operation[None]:
-        """Deletes the cloths on the server."""
+    def _delete(self, ids=None) -> Operation[None]:
+        """Deletes the cloths of `ids` on the server. The others of the batch move up: its rows are theirs then, in their
+        order. A batch that is deleted as a whole stays as it is, and the server knows no cloth of it. End pipelines,
+        frames and runs of the batch before. Raises InvalidArgument, NotFound (CLOTH_NOT_FOUND); nothing has been deleted
+        then."""
+        rows = columns.rows_of(ids, self.num)
+        if rows is not None and not len(rows):
+            return
         request = v1.DeleteClothsRequest(session=self._session.name)
-        columns.fill(request, {"cloth_ids": self._all_ids})
-        yield Unary("DeleteCloths", request, self._session._route)
-
-    def _render_png(self, width: int = 960, height: int = 720, *, ids=None, timeout_s: float | None = None,
-                    **options) -> Operation[bytes]:
-        """A PNG file of the cloths as they are. options: further fields of RenderRequest, e.g. `camera=Camera(...)`,
-        `colouring=RenderRequest.STRAIN`. Raises FailedPrecondition (NO_EGL_DEVICE) if the server cannot draw."""
-        response = yield from self._drawn(ids, timeout_s, width_px=width, height_px=height, **options)
-        return response.png
-
-    def _render(self, width: int = 960, height: int = 720, *, ids=None, with_depths: bool = False,
-                timeout_s: float | None = None, **options) -> Operation[Any]:
-        """The picture of `render_png` as uint8[height, width, 3], read-only. with_depths: a pair of it and
-        float32[height, width], how far along the line of view the nearest thing is, at one point within each pixel [m];
-        infinity where there is nothing."""
-        response = yield from self._drawn(ids, timeout_s, width_px=width, height_px=height, depths=with_depths,
-                                          encoding=v1.RenderRequest.RGB8, **options)
-        return _pixels(response, (height, width), with_depths)
-
-    def _render_tiles(self, width: int, height: int, camera, *, ids=None, with_depths: bool = False,
-                      timeout_s: float | None = None, **options) -> Operation[Any]:
-        """A picture of every cloth alone, uint8[m, height, width, 3], read-only, in one request. camera: a Camera in the
-        environment of each cloth. with_depths: a pair of it and float32[m, height, width], as of `render`. options: as of
-        `render_png`. At most 2^24 pixels in all, 2^23 with depths."""
-        rows = columns.rows_of(ids, self.num)
-        if rows is not None and not len(rows):
-            return _pixels(v1.RenderResponse(), (0, height, width), with_depths)
-        response = yield from self._drawn(ids, timeout_s, width_px=width, height_px=height, camera=camera, tiles=True,
-                                          depths=with_depths, encoding=v1.RenderRequest.RGB8, **options)
-        return _pixels(response, (-1, height, width), with_depths)
-
-    def _drawn(self, ids, timeout_s, **fields):
-        rows = columns.rows_of(ids, self.num)
-        if rows is not None and not len(rows):
-            raise errors.bad_field("ids", "nothing is selected")
-        request = checks.message(v1.RenderRequest, session=self._session.name, **fields)
         columns.fill(request, {"cloth_ids": self._ids_list(rows)})
-        return (yield Unary("Render", request, self._session._route, timeout_s))
+        yield Unary("DeleteCloths", request, self._session._route)
+        if rows is not None and len(rows) < self.num:
+            self._keep(rows)
 
     # --- parts
+
+    def _keep(self, deleted):
+        """The batch without these rows."""
+        kept = np.delete(np.arange(self.num), deleted)
+        self._pending.drop(deleted, self.num)
+        self._pending.renumber(kept, self.num)
+        self._faulted_when_saved = {name: faulted[kept] for name, faulted in self._faulted_when_saved.items()}
+        self._name(self.ids[kept])
+        self.num = len(kept)
+        self.origins = None if self.origins is None else self.origins[kept]
+        self.step_count, self.faulted = self.step_count[kept], self.faulted[kept]
+        self._forget_states()
 
     def _name(self, ids):
         self.ids = np.array(ids, dtype=np.uint64)
@@ -369,8 +316,13 @@ class ClothsBase(Controls):
             request.MergeFromString(self._step_all)
         else:
             columns.fill(request, {"cloth_ids": self._ids_list(rows)})
-        self._pending.take(request, self.ids, rows, self.num)
-        return request
+        taken = self._pending.take(request, self.ids, rows, self.num)
+        try:
+            columns.check_alike(taken)
+        except errors.InvalidArgument:
+            self._pending.put_back(taken)
+            raise
+        return request, taken
 
     def _take(self, response, rows, request, reader=None):
         """The answer to a step; also what the batch knows from it."""
@@ -386,7 +338,7 @@ class ClothsBase(Controls):
         if len(every):
             self._connection.told_steps[self._session.name] = int(answer.step_count[answer.step_count.argmax()])
         if request.grip_states:
-            answer.grips = states.Grips.of(response.grips, len(every), request.impulses)
+            answer.grips = states.Grips.of(response.grips, self._ids_list(rows), request.impulses)
         if request.impulses:
             answer.impulses = states.Impulses.of(response, self._ids_list(rows))
         if reader is not None or response.HasField("states"):
@@ -433,12 +385,14 @@ class Cloths(ClothsBase):
     rollout = rollout
 
     def triangles(self) -> np.ndarray:
-        """uint32[triangles, 3] of each cloth: indices of particles, counter-clockwise seen from outside."""
+        """uint32[triangles, 3] of each cloth: indices of particles, counter-clockwise seen from outside. Raises what
+        `topology` does."""
         return self.topology().triangles
 
     @property
     def positions(self) -> np.ndarray:
-        """[n, particles, 3] in the world [m], read-only: what the last step brought, else read now."""
+        """[n, particles, 3] in the world [m], read-only: what the last step brought, else read now. Raises what `read`
+        does, as `velocities` and `time_s` do."""
         if self._positions is None:
             self.read()
         return self._positions
@@ -452,7 +406,7 @@ class Cloths(ClothsBase):
 
     @property
     def time_s(self) -> np.ndarray:
-        """float64[n], simulated time of each cloth."""
+        """float64[n], simulated time [s] of each cloth, like `positions`."""
         if self._time_s is None:
             self.read(particles=[0])
         return self._time_s
@@ -465,6 +419,8 @@ class Cloths(ClothsBase):
         max_hz: frames per second at most. every_frame: none is left out; else a later frame replaces one that was not
         read in time. queue_frames, queue_bytes: of every_frame, what may wait to be read (0: 256 frames, 16 MiB). Raises
         ResourceExhausted (SLOW_CONSUMER) where more waits; its metadata `last_step` says up to which step all was read.
+        Raises InvalidArgument, ResourceExhausted (TOO_MANY_STREAMS, TOO_MANY_SUBSCRIPTIONS); what the server refuses comes
+        with the first frame.
         """
         return Frames(self, every, max_hz, every_frame, velocities, queue_frames, queue_bytes)
 
@@ -475,15 +431,12 @@ class Cloths(ClothsBase):
         hz: steps per second; None: real time; inf: as fast as it can. max_steps: ends after so many (0: never).
         max_behind_s [s]: steps later than this are dropped (0: 0.1). report_every_s [s] (0: 1). expected: the steps that
         all of them must have completed, or FailedPrecondition (STEP_MISMATCH). What the batch knows of its states is not
-        kept up: `frames` or `read` shows them.
+        kept up: `frames` or `read` shows them. Raises InvalidArgument, also if no cloth is named, ResourceExhausted
+        (TOO_MANY_STREAMS, TOO_MANY_SUBSCRIPTIONS); what the server refuses comes with the first report.
         """
         return Run(self, hz, max_steps, max_behind_s, report_every_s, expected, ids)
 
     def pipeline(self, depth: int = 2) -> Pipeline:
-        """Steps through one stream with up to `depth` under way, so that the server never waits for this program."""
+        """Steps through one stream with up to `depth` under way, 1 to 16, so that the server never waits for this program.
+        Raises InvalidArgument."""
         return Pipeline(self, depth)
-
-
-def _pixels(response, shape, with_depths):
-    rgb = np.frombuffer(response.rgb, np.uint8).reshape(*shape, 3)
-    return (rgb, np.frombuffer(response.depths_m, "<f4").reshape(shape)) if with_depths else rgb

@@ -11,6 +11,7 @@ from . import checks, errors
 _DOUBLE, _FIXED64 = 1, 6  # numbers of google.protobuf.FieldDescriptor.Type
 _DTYPES = {_DOUBLE: np.dtype("<f8"), _FIXED64: np.dtype("<u8")}
 _MOST_INDEX = 2**32 - 1  # of elements of a cloth, in the protocol
+_RESTARTS = ("resets", "loads")  # tables after which earlier controls of a cloth do not count
 
 
 def numbers(name, value, dtype=None):
@@ -134,59 +135,94 @@ def fill(message, columns):
 
 
 class Pending:
-    """Controls that wait for the next step of their cloths: per table of StepRequest, rows with equal columns."""
+    """Controls that wait for the next step of their cloths: per table of StepRequest, rows with equal columns. Of
+    `loads` a kind is the name that they go on from, of `resets` the columns: a request has one of each."""
 
     def __init__(self):
-        self._tables = {}
-        self._loaded = ""  # StepLoads.name of what waits
+        self._tables = {}  # (table, kind) -> blocks
 
-    def add(self, table, rows, columns):
+    def add(self, table, rows, columns, kind=None):
         """`rows`: [r] indices of cloths; `columns`: name -> [r, ...]."""
-        self._tables.setdefault(table, []).append((rows, columns))
+        self._tables.setdefault((table, kind), []).append((rows, columns))
 
     def add_load(self, name, rows, columns):
         """One name for all that wait."""
-        if "loads" in self._tables and name != self._loaded:
-            raise errors.bad_field("to", f"{name!r}, but cloths that wait for their next step go on from {self._loaded!r}: "
-                                         "step them first")
-        self._loaded = name
-        self.add("loads", rows, columns)
+        for other in _kinds_of("loads", self._tables):
+            if other != name:
+                raise errors.bad_field("to", f"{name!r}, but cloths that wait for their next step go on from {other!r}: "
+                                             "step them first")
+        self.add("loads", rows, columns, name)
 
     def add_reset(self, rows, columns):
         """The same columns for all that wait."""
-        for _, waiting in self._tables.get("resets", ()):
-            if waiting.keys() != columns.keys():
-                raise errors.bad_field("transforms", "cloths that wait for their next step start with others of transforms and "
-                                                     "overrides: step them first")
-        self.add("resets", rows, columns)
+        kind = frozenset(columns)
+        if _kinds_of("resets", self._tables) - {kind}:
+            raise errors.bad_field("transforms", "cloths that wait for their next step start with others of transforms and "
+                                                 "overrides: step them first")
+        self.add("resets", rows, columns, kind)
 
     def take(self, request, ids, rows, count):
-        """Moves the controls of `rows` (None: all) into `request`; those of other cloths go on waiting."""
-        for table, of, columns in self._split(rows, count):
+        """Moves the controls of `rows` (None: all) into `request`; those of other cloths go on waiting. What it moved, for
+        `check_alike` and `put_back`."""
+        taken = self._split(rows, count)
+        for (table, kind), of, columns in taken:
             fill(getattr(request, table), {"cloth_ids": ids[of], **columns})
-        if request.HasField("loads"):
-            request.loads.name = self._loaded
+            if table == "loads":
+                request.loads.name = kind
+        return taken
+
+    def put_back(self, taken):
+        """What was taken waits again, before what has come since; not of cloths that are to start again since."""
+        since, self._tables = self._tables, {}
+        again = [of for (table, _), blocks in since.items() if table in _RESTARTS for of, _ in blocks]
+        again = np.concatenate(again) if again else np.empty(0, np.intp)
+        for (table, kind), of, columns in taken:
+            kept = ~np.isin(of, again)
+            if kept.any():
+                self.add(table, of[kept], {name: column[kept] for name, column in columns.items()}, kind)
+        for key, blocks in since.items():
+            self._tables.setdefault(key, []).extend(blocks)
 
     def drop(self, rows, count):
         """Forgets the controls of `rows` (None: all)."""
         self._split(rows, count)
 
+    def renumber(self, kept, count):
+        """Of `count` cloths only `kept` (ascending) are left, as rows 0, 1, ...; none of the others has controls here."""
+        place = np.zeros(count, np.intp)
+        place[kept] = np.arange(len(kept))
+        self._tables = {key: [(place[of], columns) for of, columns in blocks] for key, blocks in self._tables.items()}
+
     def _split(self, rows, count):
-        """The blocks (table, rows, columns) of `rows`; the others stay here."""
+        """The blocks (key, rows, columns) of `rows`; the others stay here."""
         if not self._tables:
             return []
         chosen = np.full(count, rows is None)
         if rows is not None:
             chosen[rows] = True
         now, waiting = [], {}
-        for table, blocks in self._tables.items():
+        for key, blocks in self._tables.items():
             for of, columns in blocks:
                 mask = chosen[of]
                 if mask.all():
-                    now.append((table, of, columns))
+                    now.append((key, of, columns))
                     continue
-                waiting.setdefault(table, []).append((of[~mask], {name: c[~mask] for name, c in columns.items()}))
+                waiting.setdefault(key, []).append((of[~mask], {name: c[~mask] for name, c in columns.items()}))
                 if mask.any():
-                    now.append((table, of[mask], {name: c[mask] for name, c in columns.items()}))
+                    now.append((key, of[mask], {name: c[mask] for name, c in columns.items()}))
         self._tables = waiting
         return now
+
+
+def check_alike(taken):
+    """Raises if these blocks of one request do not go together."""
+    keys = [key for key, _, _ in taken]
+    if len(names := _kinds_of("loads", keys)) > 1:
+        raise errors.bad_field("to", f"cloths of one step go on from one name, got {sorted(names)}")
+    if len(_kinds_of("resets", keys)) > 1:
+        raise errors.bad_field("transforms", "cloths of one step start again all of them with transforms, or overrides, or "
+                                             "none: step them one after the other, or give each the same of them")
+
+
+def _kinds_of(table, keys):
+    return {kind for of, kind in keys if of == table}

@@ -75,6 +75,8 @@ def credentials(tls, certificate=None):
         if certificate is not None:
             raise errors.InvalidArgument("certificate: needs tls", reason="CERTIFICATE_WITHOUT_TLS")
         return None
+    if certificate is not None and not (isinstance(certificate, (tuple, list)) and len(certificate) == 2):
+        raise errors.bad_field("certificate", "is not a pair of a chain and its key, each PEM bytes or the path of a file")
     chain, key = (None, None) if certificate is None else (_pem("certificate", part) for part in certificate)
     return grpc.ssl_channel_credentials(None if tls is True else _pem("tls", tls), key, chain)
 
@@ -95,7 +97,6 @@ class ConnectionBase:
         self._pid = os.getpid()
         self._calls = {}
         self._secrets = () if token is None else (("authorization", f"Bearer {checks.text('token', token, is_secret=True)}"),)
-        self._metadata = {}
         memory.keep_freed_blocks()
 
     def __reduce__(self):
@@ -126,11 +127,9 @@ class ConnectionBase:
         return self._calls[name]
 
     def metadata_of(self, route):
-        if route not in self._metadata:
-            session = ((SESSION_HEADER, route.session),) if route.session else ()
-            incarnation = ((INCARNATION_HEADER, route.incarnation),) if route.incarnation else ()
-            self._metadata[route] = (*session, *incarnation, *self._secrets)
-        return self._metadata[route]
+        session = ((SESSION_HEADER, route.session),) if route.session else ()
+        incarnation = ((INCARNATION_HEADER, route.incarnation),) if route.incarnation else ()
+        return (*session, *incarnation, *self._secrets)
 
     def error_of(self, rpc_error, route=None):
         error = errors.from_rpc(rpc_error)
@@ -142,15 +141,16 @@ class ConnectionBase:
             error.message += f"; the last answer to a step was about step {told}"
         return error
 
-    # What both kinds of `ask` do around a sending.
+    # What both kinds of `ask` do around a sending. Whatever ends one, Ctrl-C too, is raised in the operation, which may
+    # have something to tidy up on the server.
 
     def _begin(self, call):
-        """The grpc callable, and the tries of the call."""
+        """The grpc callable, the call and its tries."""
         of = self.call_of(call.method)
         if self._retries.request_ids:
             give_id(call.request)
         timeout_s = self.timeout_s if call.timeout_s is None else checks.seconds("timeout_s", call.timeout_s)
-        return of, Tries(self._retries, self._budget, call, timeout_s)
+        return of, call, Tries(self._retries, self._budget, call, timeout_s)
 
     def _sending(self, of, call, tries, request):
         return of(request, timeout=tries.left_s(), metadata=self.metadata_of(call.route))
@@ -207,10 +207,9 @@ class Connection(ConnectionBase):
         try:
             call = operation.send(None)
             while True:
-                of, tries = self._begin(call)
                 try:
-                    answer = self._ask(of, call, tries)
-                except errors.Error as error:
+                    answer = self._ask(*self._begin(call))
+                except BaseException as error:
                     call = operation.throw(error)
                 else:
                     call = operation.send(answer)

@@ -6,13 +6,14 @@ import functools
 
 import numpy as np
 
-from . import checks, columns, errors, v1
+from . import checks, columns, errors, retries, v1
 
 _GRIP_COLUMNS = {"particles": 0, "radii_m": 0.0, "over_s": 0.0, "largest_forces_n": 0.0}
 
 
 class Controls:
-    """Part of `Cloths`: controls go with the next step of their cloths, once."""
+    """Part of `Cloths`: controls go with the next step of their cloths, once. Arguments that do not fit are an
+    InvalidArgument at once; what the server refuses comes with the step."""
 
     num: int
     ids: np.ndarray
@@ -21,15 +22,16 @@ class Controls:
         """Moves pins in a straight line, from the start of the next step on.
 
         particles: the k pinned particles, [k] or [m, k]. targets [m]: [m, k, 3] (or what spreads to it), each in its
-        cloth's environment, m the cloths of `ids`. over_s: duration, 0 = within one step; a number, [m, 1] or [m, k].
-        Errors come with the step: PIN_NOT_FOUND, INVALID_FIELDS.
+        cloth's environment, m the cloths of `ids`. over_s: duration [s], 0 = within one step; a number, [m, 1] or [m, k].
+        Raises InvalidArgument; with the step come FailedPrecondition (PIN_NOT_FOUND), InvalidArgument.
         """
         self._control("pin_controls", particles, ids, "particles", {"targets_m": (targets, 3), "over_s": (over_s, 0)})
 
     def move_colliders(self, colliders, positions, rotations=None, over_s=0.0, ids=None) -> None:
         """Moves colliders (indices in environment.colliders, [k] or [m, k]) to poses: their pivots in a straight line
         to positions [m] [m, k, 3], turning the shorter way to rotations [m, k, 4] (quaternions x, y, z, w from the
-        orientation in the spec; None: as described). over_s as for `move_pins`."""
+        orientation in the spec; None: as described). over_s as for `move_pins`. Raises InvalidArgument; with the step come
+        FailedPrecondition (COLLIDER_NOT_FOUND), InvalidArgument."""
         if rotations is None:
             rotations = (0.0, 0.0, 0.0, 1.0)
         self._control("collider_controls", colliders, ids, "colliders", {
@@ -37,12 +39,14 @@ class Controls:
 
     def set_rest_lengths(self, constraints, lengths, over_s=0.0, ids=None) -> None:
         """Changes the rest lengths [m] of distance constraints (indices as in RestLengthControls, [k] or [m, k])
-        linearly to `lengths`, [m, k]."""
+        linearly to `lengths`, [m, k], each > 0; over_s as for `move_pins`. Raises InvalidArgument; with the step come
+        FailedPrecondition (CONSTRAINT_NOT_FOUND), InvalidArgument."""
         self._control("rest_length_controls", constraints, ids, "constraints", {
             "lengths_m": (lengths, 0), "over_s": (over_s, 0)})
 
     def scale_rest_lengths(self, scales, over_s=0.0, ids=None) -> None:
-        """Changes all rest lengths to those of the description times `scales`, a number or [m], each 0.001 to 1000."""
+        """Changes all rest lengths to those of the description times `scales`, a number or [m], each 0.001 to 1000, over
+        over_s [s], a number or [m]. Raises InvalidArgument; with the step, too."""
         rows = self._rows_or_all(ids)
         self._pending.add("rest_length_scales", rows, {
             "scales": columns.shaped("scales", scales, (len(rows),)),
@@ -52,7 +56,8 @@ class Controls:
         """Starts cloths again with their next step, as `reset` does, in the same request as that. to: they go on from what
         `save` kept by this name, as `load` does with the same `of`, in place of transforms and overrides. Forgets controls
         of theirs that wait; those that come after act after it. Cloths that wait at the same time have one `to`, and all
-        of them transforms, or overrides, or none. Errors come with the step: those of `reset` and `load`."""
+        of them transforms, or overrides, or none; so have those of one `session.step`. Raises InvalidArgument; with the
+        step come the errors of `reset` and `load`."""
         rows = self._rows_or_all(ids)
         count = len(rows)
         if to is None:
@@ -99,7 +104,8 @@ class Controls:
         how hard the cloth pulls (`Answer.grips`). at [m]: [m, k, 3], where the grip of
         `particles` is; None: at the particle. What is grabbed keeps its offset from the grip. largest_force_n [N], a
         number or [m, k]: the grip opens at the end of a step over which the cloth pulls it harder on average; costs as
-        much as `step(impulses=True)`.
+        much as `step(impulses=True)`. Raises InvalidArgument, and what `read` does where it asks for the places of
+        particles; with the step comes InvalidArgument for slots that the cloth has not, and for pins.
         """
         if (particles is None) == (nearest_to is None) or (nearest_to is None) != (radius_m is None):
             raise errors.bad_field("grip", "give particles, or nearest_to and radius_m")
@@ -118,13 +124,14 @@ class Controls:
 
     def move_grips(self, slots, targets, over_s=0.0, ids=None) -> None:
         """Moves grips in a straight line to targets [m] [m, k, 3], each in its cloth's environment; slots and over_s as
-        for `grip` and `move_pins`. No effect on open ones."""
+        for `grip` and `move_pins`. No effect on open ones. Raises InvalidArgument; with the step, too."""
         rows = self._rows_or_all(ids)
         shape = (len(rows), columns.last_length("slots", slots))
         self._grips("HOLD", slots, rows, shape, places=targets, over_s=over_s)
 
     def release(self, slots, ids=None) -> None:
-        """Opens grips; what they held keeps its velocity."""
+        """Opens grips; what they held keeps its velocity. slots as for `grip`. Raises InvalidArgument; with the step,
+        too."""
         rows = self._rows_or_all(ids)
         shape = (len(rows), columns.last_length("slots", slots))
         self._grips("RELEASE", slots, rows, shape, places=0.0)
@@ -137,6 +144,11 @@ class Controls:
             spread = columns.whole if name == "particles" else columns.shaped
             flat[name] = spread(name, values.get(name, none), shape).reshape(-1)
         self._pending.add("grip_controls", np.repeat(rows, shape[1]), flat)
+
+    def _put_back(self, taken, error):
+        """The controls of a step that failed by `error` wait again, if nothing was done and they are not what is wrong."""
+        if errors.leaves(error, retries.APPLIED):
+            self._pending.put_back(taken)
 
     def _origins_of(self, rows):
         return np.zeros((len(rows), 3)) if self.origins is None else self.origins[rows]

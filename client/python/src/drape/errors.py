@@ -12,6 +12,11 @@ from google.rpc import error_details_pb2, status_pb2
 
 _DETAILS_KEY = "grpc-status-details-bin"
 _LOST = ("SESSION_NOT_FOUND", "SESSION_EXPIRED", "SESSION_LOST")
+# Why a step was refused before it began, or not sent; WORLD_INCOMPLETE but for a cloth that joined the world meanwhile.
+_NOT_BEGUN = frozenset((
+    "QUEUE_FULL", "RATE_EXCEEDED", "TOO_MANY_UNREAD_BYTES", "TOO_MANY_REQUEST_BYTES", "TOO_MANY_REQUEST_IDS", "DRAINING",
+    "DEADLINE_PASSED", "STEP_MISMATCH", "STATE_LOST", "WORLD_INCOMPLETE", "WORLD_FAULTED", "INVALID_FIELDS", "INVALID_TOKEN",
+    "BAD_FIELD", "CLIENT_CLOSED", "FORKED_PROCESS"))
 
 
 class FieldViolation(NamedTuple):
@@ -27,7 +32,8 @@ class Error(Exception):
     code: canonical name, e.g. "INVALID_ARGUMENT". reason: a constant word for programs, e.g. "SESSION_EXPIRED"; ""
     where the transport failed. message: for people. fields: every bad field. quotas: the exhausted ones. retry_after_s:
     the time to wait before a repetition, None if waiting does not help. unanswered_tries: sendings of the same request
-    before the last one that had no answer: they may have been done.
+    before the last one that had no answer: they may have been done. rows: of a rollout that failed, what came before,
+    as `rollout` returns it, with fewer rows; None of all others.
     """
 
     code = "UNKNOWN"
@@ -43,6 +49,7 @@ class Error(Exception):
         self.retry_after_s = retry_after_s
         self.metadata = dict(metadata or {})
         self.unanswered_tries = unanswered_tries
+        self.rows = None
 
     def __str__(self):
         text = f"{self.reason or self.code}: {self.message}"
@@ -55,7 +62,7 @@ class Error(Exception):
 
     def __reduce__(self):
         return _rebuild, (type(self), self.message, self.reason, self.fields, self.quotas, self.retry_after_s,
-                          self.metadata, self.code, self.unanswered_tries)
+                          self.metadata, self.code, self.unanswered_tries, self.rows)
 
 
 class InvalidArgument(Error, ValueError):
@@ -141,14 +148,22 @@ _CLASSES = {cls.code: cls for cls in (InvalidArgument, NotFound, FailedPrecondit
 _CLASSES["PERMISSION_DENIED"] = Unauthenticated
 
 
-def _rebuild(cls, message, reason, fields, quotas, retry_after_s, metadata, code, unanswered_tries):
-    return cls(message, reason=reason, fields=fields, quotas=quotas, retry_after_s=retry_after_s, metadata=metadata,
-               code=code, unanswered_tries=unanswered_tries)
+def _rebuild(cls, message, reason, fields, quotas, retry_after_s, metadata, code, unanswered_tries, rows):
+    error = cls(message, reason=reason, fields=fields, quotas=quotas, retry_after_s=retry_after_s, metadata=metadata,
+                code=code, unanswered_tries=unanswered_tries)
+    error.rows = rows
+    return error
 
 
 def bad_field(field, description):
     """A field that this package refuses before it asks the server."""
     return InvalidArgument(f"{field}: {description}", reason="BAD_FIELD", fields=[(field, description)])
+
+
+def leaves(error, tables):
+    """Whether a step that failed by `error` did nothing, and not because of what these tables of its request hold."""
+    named = {field.partition(".")[0].partition("[")[0] for field, _ in error.fields}
+    return error.reason in _NOT_BEGUN and not error.unanswered_tries and named.isdisjoint(tables)
 
 
 def from_rpc(error: grpc.RpcError) -> Error:

@@ -7,7 +7,7 @@ import os
 
 import numpy as np
 
-from . import errors, extras, states, v1
+from . import checks, columns, errors, extras, states, v1
 
 
 def load(path: str | os.PathLike, scale_m: float = 1.0) -> v1.Mesh:
@@ -15,23 +15,41 @@ def load(path: str | os.PathLike, scale_m: float = 1.0) -> v1.Mesh:
 
     Wavefront OBJ is read here: `v` and `f` of every object as one mesh, in double precision, vertices by position index
     alone, polygons split as fans. Other formats need trimesh (extra `mesh`).
-    Raises NotFound without the file, InvalidArgument when it is no mesh.
+    Raises NotFound without the file, InvalidArgument when it is no mesh (BAD_MESH_FILE) or `scale_m` is not > 0,
+    FailedPrecondition where it cannot be read, Unimplemented without trimesh.
     """
+    scale_m = checks.positive("scale_m", scale_m)
+    checks.path("path", path)
     if not os.path.isfile(path):
         raise errors.NotFound(f"no mesh file {path}", reason="NO_MESH_FILE")
-    if os.fspath(path).lower().endswith(".obj"):
-        vertices, triangles = _read_obj(path)
-    else:
-        vertices, triangles = _read_other(path)
+    try:
+        vertices, triangles = _read_obj(path) if os.fspath(path).lower().endswith(".obj") else _read_other(path)
+    except OSError as error:
+        raise errors.FailedPrecondition(f"mesh file {path} cannot be read: {error}", reason="MESH_FILE_FAILED") from error
     return from_arrays(vertices * scale_m, triangles)
 
 
 def from_arrays(vertices, triangles) -> v1.Mesh:
-    """A mesh of vertices [m] [vertices, 3] and triangles [triangles, 3], counter-clockwise seen from outside."""
-    vertices = np.asarray(vertices)
+    """A mesh of vertices [m] [vertices, 3], finite, and triangles [triangles, 3], whole numbers from 0 to vertices - 1,
+    counter-clockwise seen from outside. Raises InvalidArgument with the field, its value and what is legal."""
+    vertices = _rows_of_three("vertices", vertices)
     if vertices.dtype != np.float32:
         vertices = vertices.astype(np.float64)
-    return v1.Mesh(positions_m=states.pack(vertices), triangles=states.pack(np.asarray(triangles).astype(np.uint32)))
+    if not np.isfinite(vertices).all():
+        raise errors.bad_field("vertices", f"{vertices[~np.isfinite(vertices)][0]} is not finite")
+    triangles = _rows_of_three("triangles", triangles)
+    numbers = triangles.astype(np.float64)  # also of bools
+    is_bad = (numbers != np.floor(numbers)) | (numbers < 0) | (numbers >= len(vertices))
+    if is_bad.any():
+        raise errors.bad_field("triangles", f"{triangles[is_bad][0]} is not a whole number in [0, {len(vertices) - 1}]")
+    return v1.Mesh(positions_m=states.pack(vertices), triangles=states.pack(triangles.astype(np.uint32)))
+
+
+def _rows_of_three(name, values):
+    array = columns.numbers(name, values)
+    if array.ndim != 2 or array.shape[1] != 3:
+        raise errors.bad_field(name, f"has the shape {array.shape}, (any number, 3) is needed")
+    return array
 
 
 def _bad(path, what):
@@ -85,7 +103,12 @@ def _read_other(path):
     except ImportError as error:
         raise errors.Unimplemented(f"{path}: only OBJ is read without trimesh, which comes with {extras.of('mesh')}",
                                    reason="NO_TRIMESH") from error
-    loaded = trimesh.load(path, force="mesh", process=False)
-    if len(loaded.faces) == 0:
+    try:
+        loaded = trimesh.load(path, force="mesh", process=False)
+    except OSError:
+        raise
+    except Exception as error:  # trimesh raises whatever the reader of the format does
+        raise _bad(path, f"trimesh cannot read it: {type(error).__name__}: {error}") from error
+    if len(getattr(loaded, "faces", ())) == 0:
         raise _bad(path, "it has no faces")
     return np.array(loaded.vertices), np.array(loaded.faces)

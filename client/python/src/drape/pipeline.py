@@ -13,7 +13,7 @@ _MOST_UNDER_WAY = 16  # requests of a stream that the server takes
 
 class PipelineBase:
     """`with cloths.pipeline() as steps: answer = steps.step()`. The requests are done in order. An error ends the
-    stream.
+    stream, and takes along the controls of what was under way; steps that were sent after the one that failed may be done.
 
     With `depth` d, `step` returns the answer to the step d - 1 calls before, None while there is none; `drain` the
     rest. Do not step the same cloths in another way before the end.
@@ -29,13 +29,14 @@ class PipelineBase:
         return self._cloths._connection.open_stream("StepStream", self._cloths._session._route)
 
     def _prepare(self, steps, view, report, ids):
-        """The request of a step, noted as under way."""
+        """The request of a step, noted as under way; None of one of no cloths, whose answer is there when its turn comes."""
         cloths = self._cloths
         rows = columns.rows_of(ids, cloths.num)
-        if rows is not None and not len(rows):
-            raise errors.bad_field("ids", "nothing is selected")
         view = states.view_of(view)
-        request = cloths._step_request(steps, view, report, rows, None, None)
+        if rows is not None and not len(rows):
+            self._under_way.append(cloths._nothing(view))
+            return None
+        request, _ = cloths._step_request(steps, view, report, rows, None, None)
         reader = cloths._reader_of(view, rows)
         request.in_chunks = reader is not None
         cloths._forget_states()
@@ -44,6 +45,10 @@ class PipelineBase:
 
     def _is_full(self):
         return len(self._under_way) >= self._depth
+
+    def _of_nothing(self):
+        """The next answer, if it is one of no cloths."""
+        return self._under_way.popleft() if isinstance(self._under_way[0], states.Answer) else None
 
     def _arrived(self, response):
         """The answer, if this message was the last one of it."""
@@ -71,13 +76,17 @@ class Pipeline(PipelineBase):
     __doc__ = PipelineBase.__doc__
 
     def step(self, steps: int = 1, *, view=states.POSITIONS, report: bool = False, ids=None) -> states.Answer | None:
-        """Sends a step; see `Cloths.step` for its arguments."""
-        self._requests.put(self._prepare(steps, view, report, ids))
+        """Sends a step; see `Cloths.step` for its arguments. Raises InvalidArgument of what cannot be sent; errors of the
+        server come with the answer: those of `Cloths.step`, ResourceExhausted (TOO_MANY_STREAMS), Cancelled after
+        `close`."""
+        request = self._prepare(steps, view, report, ids)
+        if request is not None:
+            self._requests.put(request)
         return self._next() if self._is_full() else None
 
     def drain(self) -> list:
-        """Waits for the answers to all steps under way."""
-        return [self._next() for _ in range(len(self._under_way))]
+        """Waits for the answers to all steps under way. Raises what `step` does."""
+        return list(self._rest())
 
     def close(self) -> None:
         """Cancels what is under way. Steps that the server has begun may be done."""
@@ -89,8 +98,13 @@ class Pipeline(PipelineBase):
         call, self._requests = super()._open_call()
         return call
 
+    def _rest(self):
+        """The answers to all steps under way, as they come."""
+        for _ in range(len(self._under_way)):
+            yield self._next()
+
     def _next(self):
-        answer = None
+        answer = self._of_nothing()
         while answer is None:
             try:
                 response = next(self._answers)

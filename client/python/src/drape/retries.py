@@ -15,7 +15,7 @@ from . import errors
 _IDEMPOTENT = frozenset(("GetServerInfo", "Check", "GetSession", "ListSessions", "RenewSession", "GetCloth", "ListCloths",
                          "ReadStates", "ReadTopology", "Render", "ExportCloths"))
 # Parts of a Step that would be applied once more, whatever its guards say.
-_APPLIED = ("pin_controls", "rest_length_controls", "rest_length_scales", "collider_controls", "grip_controls", "resets", "loads")
+APPLIED = ("pin_controls", "rest_length_controls", "rest_length_scales", "collider_controls", "grip_controls", "resets", "loads")
 # As gRPC throttles its own retries (A6): an answer makes up for a tenth of a failure.
 _REFILL = 0.1
 # Pauses are longer or shorter by up to this part, so that clients of one server do not all come back at once.
@@ -67,7 +67,7 @@ def is_repeatable(call):
         return True
     request = call.request
     return (call.method in ("Step", "StepInChunks") and (request.HasField("expected_step") or request.HasField("until_step"))
-            and not any(request.HasField(name) for name in _APPLIED))
+            and not any(request.HasField(name) for name in APPLIED))
 
 
 def give_id(request):

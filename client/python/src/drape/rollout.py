@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import functools
 
 import numpy as np
@@ -29,6 +30,8 @@ def rollout(self, nstep: int, *, steps: int = 1, ids=None, pins=None, pin_target
     progress: show a bar (extra `progress`).
     Returns a dict: what the view asks for, e.g. "positions" [m, nstep, particles, 3] or "coverage" [m, nstep] (see
     `Answer`), "step_count", "time_s" and "faulted" [m, nstep].
+    Raises InvalidArgument of columns that do not fit, before the first step; else what `step` and `Pipeline.step` do.
+    Then `error.rows` has the rows that came before, and `read` tells where the cloths are: up to 4 more may be done.
     """
     plan = _Plan(self, nstep, steps, ids, pins=pins, pin_targets=pin_targets, colliders=colliders,
                  collider_positions=collider_positions, grips=grips, grip_targets=grip_targets,
@@ -39,14 +42,19 @@ def rollout(self, nstep: int, *, steps: int = 1, ids=None, pins=None, pin_target
     if plan.is_of_nothing:
         return rows.of_nothing(self._nothing(states.view_of(view)))
     self._connection.run(plan.begin())
-    with self.pipeline(_IN_FLIGHT) as stream:
+    with rows.told(), self.pipeline(_IN_FLIGHT) as stream:
         for row in _shown(nstep, progress):
             if plan.needs_states(row):
-                rows.store(*stream.drain())
+                _store_rest(rows, stream)
             self._connection.run(plan.prepare(row))
             rows.store(stream.step(steps, view=view, ids=plan.rows))
-        rows.store(*stream.drain())
+        _store_rest(rows, stream)
     return rows.arrays
+
+
+def _store_rest(rows, stream):
+    for answer in stream._rest():
+        rows.store(answer)
 
 
 @functools.wraps(rollout)
@@ -56,14 +64,20 @@ async def awaited_rollout(self, nstep, *, steps=1, ids=None, view=states.POSITIO
     if plan.is_of_nothing:
         return rows.of_nothing(self._nothing(states.view_of(view)))
     await self._connection.run(plan.begin())
-    async with self.pipeline(_IN_FLIGHT) as stream:
-        for row in _shown(nstep, progress):
-            if plan.needs_states(row):
-                rows.store(*await stream.drain())
-            await self._connection.run(plan.prepare(row))
-            rows.store(await stream.step(steps, view=view, ids=plan.rows))
-        rows.store(*await stream.drain())
+    with rows.told():
+        async with self.pipeline(_IN_FLIGHT) as stream:
+            for row in _shown(nstep, progress):
+                if plan.needs_states(row):
+                    await _store_awaited_rest(rows, stream)
+                await self._connection.run(plan.prepare(row))
+                rows.store(await stream.step(steps, view=view, ids=plan.rows))
+            await _store_awaited_rest(rows, stream)
     return rows.arrays
+
+
+async def _store_awaited_rest(rows, stream):
+    async for answer in stream._rest():
+        rows.store(answer)
 
 
 class _Plan:
@@ -225,6 +239,16 @@ class _Rows:
                 if value is not None:
                     self._array(name, value)[:, self._done] = value
             self._done += 1
+
+    @contextlib.contextmanager
+    def told(self):
+        """An error that ends the rollout has the rows that are there."""
+        try:
+            yield
+        except errors.Error as error:
+            error.rows = {name: array[:, :self._done] for name, array in self.arrays.items()}
+            error.message += f"; {self._done} of {self._nstep} rows came before"
+            raise
 
     def of_nothing(self, answer):
         """The arrays of no cloths."""

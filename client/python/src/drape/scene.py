@@ -17,7 +17,8 @@ import reprlib
 import numpy as np
 from google.protobuf import json_format
 
-from . import errors, extras, mesh, v1
+from . import checks, errors, extras, mesh, v1
+from .session import Session
 
 _DEFAULT_TIME_STEP_S = 1 / 60
 _MOST_STEPS = 1e12  # beyond, counts and times lose their meaning in double precision
@@ -33,29 +34,36 @@ class Scene:
 
     @property
     def name(self) -> str:
+        """What the file calls it, else the name of the file without its ending; "" of a text without a name."""
         return self.message.name
 
     @property
     def time_step_s(self) -> float:
+        """Of all its cloths [s]."""
         return self.message.time_step_s
 
     @property
     def step_count(self) -> int:
+        """Its duration in steps, to the nearest."""
         return math.floor(self.message.duration_s / self.message.time_step_s + 0.5)
 
     def play(self, session) -> Player:
-        """Creates its cloths in `session`, ready for step 0."""
+        """Creates its cloths in `session`, ready for step 0. session: one that waits, no session of `drape.aio`. Raises
+        InvalidArgument, what `Session.create` does."""
         return Player(session, self)
 
 
 def load(path: str | os.PathLike, settings: dict | None = None) -> Scene:
     """Reads a scene file and the meshes that it names. settings: fields of every spec to set, by path, e.g.
-    {"settings.substeps": 40}. Raises NotFound, InvalidArgument with the path of the bad field."""
-    path = pathlib.Path(path)
+    {"settings.substeps": 40}. Raises NotFound, InvalidArgument with the path of the bad field, FailedPrecondition where
+    a file cannot be read."""
+    path = pathlib.Path(checks.path("path", path))
     if not path.is_file():
         raise errors.NotFound(f"no scene file {path}", reason="NO_SCENE_FILE")
     try:
         scene = parse(path.read_text(encoding="utf-8"), path.parent, settings)
+    except OSError as error:
+        raise errors.FailedPrecondition(f"{path} cannot be read: {error}", reason="SCENE_FILE_FAILED") from error
     except UnicodeDecodeError as error:
         raise errors.InvalidArgument(f"{path}: {error}", reason="BAD_JSON") from error
     except errors.InvalidArgument as error:
@@ -66,7 +74,9 @@ def load(path: str | os.PathLike, settings: dict | None = None) -> Scene:
 
 
 def parse(text: str, folder=".", settings: dict | None = None) -> Scene:
-    """The scene of a JSON text; mesh files are relative to `folder`."""
+    """The scene of a JSON text; mesh files are relative to `folder`. Raises as `load`."""
+    if not isinstance(text, str):
+        raise errors.bad_field("text", f"{type(text).__name__} is not a text")
     try:
         tree = json.loads(text, object_pairs_hook=_unique)
     except json.JSONDecodeError as error:
@@ -180,6 +190,9 @@ class Player:
     step: completed steps."""
 
     def __init__(self, session, scene):
+        if not isinstance(session, Session):
+            raise errors.bad_field("session", f"{type(session).__module__}.{type(session).__name__} is not a drape.Session, the "
+                                              "one that plays scenes (drape.aio has none that does)")
         self.scene = scene
         self.step = 0
         self.cloths = []
@@ -198,7 +211,9 @@ class Player:
 
     def advance(self, steps: int | None = None, *, progress: bool = False) -> int:
         """Does `steps` steps (None: to the end of the scene), at most to the end; returns how many. progress: show a
-        bar."""
+        bar. Raises InvalidArgument, what `Session.step` does."""
+        if steps is not None:
+            checks.whole("steps", steps, 0, 2**63 - 1)
         end = self.scene.step_count if steps is None else min(self.step + steps, self.scene.step_count)
         begin, bar = self.step, None
         if progress:
@@ -220,7 +235,7 @@ class Player:
         return self.step - begin
 
     def reset(self) -> None:
-        """Back to step 0; gravity and wind as in the scene."""
+        """Back to step 0; gravity and wind as in the scene. Raises what `Cloths.reset` does."""
         for cloths, entry in zip(self.cloths, self.scene.message.cloths):
             cloths.reset()
             cloths.update(entry.spec, ["environment.gravity_m_per_s2", "environment.wind_m_per_s"])

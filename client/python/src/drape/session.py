@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import reprlib
 import threading
 import weakref
 from typing import Any
@@ -9,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from . import checks, columns, errors, states, v1
-from .cloths import Cloths
+from .cloths import Cloths, ClothsBase
 from .operations import Operation, Route, Unary, blocking
 
 _RENEWALS_PER_LEASE = 3  # two may be lost
@@ -48,7 +49,7 @@ class SessionBase:
         [count, 7] position [m] and quaternion x, y, z, w, in the place of spec.transform. overrides: `count`
         ClothOverrides. world: a name; the cloths touch each other and all others of the session whose world has it, and
         are stepped together with them (`step`). request_id: a repetition with the same id gets the same cloths.
-        Raises InvalidArgument, ResourceExhausted.
+        Raises InvalidArgument, ResourceExhausted (QUOTA_EXCEEDED, BUILD_QUEUE_FULL, BUILD_TIME_EXCEEDED, DEVICE_MEMORY).
         """
         request = checks.message(v1.CreateClothsRequest, session=self.name, spec=spec, count=count,
                                  overrides=overrides, world=world, request_id=request_id)
@@ -63,17 +64,25 @@ class SessionBase:
     def _step(self, batches, steps: int = 1, *, report: bool = False, expected: int | None = None,
               timeout_s: float | None = None) -> Operation[list[states.Answer]]:
         """Steps several `Cloths` of the session in one request, as the cloths of one world must be. An answer for each
-        of them, without states. Arguments and errors as of `Cloths.step`; FailedPrecondition (WORLD_INCOMPLETE)."""
-        requests = [cloths._step_request(steps, None, report, None, None, expected) for cloths in batches]
-        names = {request.loads.name for request in requests if request.HasField("loads")}
-        if len(names) > 1:
-            raise errors.bad_field("to", f"cloths of one step go on from one name, got {sorted(names)}")
-        together = v1.StepRequest()
-        for request in requests:
-            together.MergeFrom(request)
-        for cloths in batches:
-            cloths._forget_states()
-        response = yield Unary("Step", together, self._route, timeout_s)
+        of them, without states. Arguments as of `Cloths.step`, and what it says of controls that wait. Raises what it
+        does, FailedPrecondition (WORLD_INCOMPLETE), InvalidArgument for restarts of unlike kinds."""
+        batches = self._batches(batches)
+        if not batches:
+            return []
+        requests, together, taken = [], v1.StepRequest(), {}
+        try:
+            for cloths in batches:
+                request, taken[cloths] = cloths._step_request(steps, None, report, None, None, expected)
+                requests.append(request)
+                together.MergeFrom(request)
+            columns.check_alike([block for blocks in taken.values() for block in blocks])
+            for cloths in batches:
+                cloths._forget_states()
+            response = yield Unary("Step", together, self._route, timeout_s)
+        except errors.Error as error:
+            for cloths, blocks in taken.items():
+                cloths._put_back(blocks, error)
+            raise
         answers, first = [], 0
         for cloths, request in zip(batches, requests):
             every = slice(first, first + cloths.num)
@@ -84,9 +93,24 @@ class SessionBase:
             answers.append(cloths._take(its, None, request))
         return answers
 
+    def _batches(self, batches):
+        """`batches` as a list of batches of this session, each once."""
+        try:
+            found = list(batches)
+        except TypeError:
+            found = [None]
+        if not all(isinstance(cloths, ClothsBase) for cloths in found):
+            raise errors.bad_field("batches", f"{reprlib.repr(batches)} is not a list of Cloths")
+        if any(cloths._session.name != self.name for cloths in found):
+            raise errors.bad_field("batches", "are not all of this session")
+        if len(set(found)) < len(found):
+            raise errors.bad_field("batches", "one is given twice")
+        return found
+
     def _attach(self, ids=None, spec: v1.ClothSpec | None = None) -> Operation[Cloths]:
         """Cloths that exist already. ids: their names in the protocol; None: all of the session. They must have equally
-        many particles. spec: their description, if known, for who asks the batch for it."""
+        many particles. spec: their description, if known, for who asks the batch for it. Raises InvalidArgument, NotFound
+        (CLOTH_NOT_FOUND), FailedPrecondition (NO_CLOTHS)."""
         checks.of_kind("spec", spec, v1.ClothSpec)
         if ids is None:
             listed = yield from self._list()
@@ -120,7 +144,7 @@ class SessionBase:
         return (yield from self._attach(list(response.cloth_ids), spec))
 
     def _list(self) -> Operation[list[v1.Cloth]]:
-        """Every cloth of the session, in order of creation."""
+        """Every cloth of the session, in order of creation. Raises SessionLost."""
         return (yield from self._listed(lambda cloth: True, None))
 
     def _listed(self, is_wanted, count):
@@ -145,7 +169,7 @@ class SessionBase:
         return {cloth: found[cloth] for cloth in ids}
 
     def _renew(self) -> Operation[None]:
-        """Extends the lease to its full length, as every request does."""
+        """Extends the lease to its full length, as every request does. Raises SessionLost."""
         yield Unary("RenewSession", v1.RenewSessionRequest(name=self.name), Route(self.name))
 
     def _reattach(self) -> Operation[None]:
@@ -207,7 +231,8 @@ class Session(SessionBase):
     reattach = blocking(SessionBase._reattach)
 
     @property
-    def lease_error(self):
+    def lease_error(self) -> errors.Error | None:
+        """Why renewing gave up: the session is gone; else None."""
         return self._lease.error
 
     def close(self) -> None:

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from . import errors, v1
+from . import columns, errors, v1
 
 POSITIONS = v1.StateView(positions=True)
 VELOCITIES = v1.StateView(velocities=True)
@@ -42,7 +42,10 @@ class States:
 class Grips:
     """particles: int64[m, grips], what each grip holds, -1 if it is open. positions [m]: [m, grips, 3], where that is,
     in the environment; of an open one 0. impulses [N s]: [m, grips, 3], what the cloth gave to each grip in the last
-    step, 0 of an open one; None without `step(impulses=True)`. `forces` makes forces of them."""
+    step, 0 of an open one; None without `step(impulses=True)`. `forces` makes forces of them.
+
+    grips: the most that one of the cloths has; the slots that a cloth has not are as open ones.
+    """
 
     particles: np.ndarray
     positions: np.ndarray
@@ -57,11 +60,10 @@ class Grips:
         return self.impulses / time_step_s
 
     @classmethod
-    def of(cls, message, count, has_impulses=False):
-        grips = len(message.particles) // count
-        impulses = np.array(message.impulses_n_s).reshape(count, grips, 3) if has_impulses else None
-        return cls(np.array(message.particles, np.int64).reshape(count, grips),
-                   np.array(message.positions_m).reshape(count, grips, 3), impulses)
+    def of(cls, message, ids, has_impulses=False):
+        impulses = _by_slot(message, ids, message.impulses_n_s, 0.0, (3,)) if has_impulses else None
+        return cls(_by_slot(message, ids, np.array(message.particles, np.int64), -1),
+                   _by_slot(message, ids, message.positions_m, 0.0, (3,)), impulses)
 
 
 @dataclasses.dataclass
@@ -70,8 +72,8 @@ class Impulses:
 
     colliders: [m, colliders, 3]; angular: [m, colliders, 3], about the pivot of each [N m s]; both are None if the cloths
     have not the same number of them. pins: [m, pins, 3], of the pins `particles`, int64[pins], ascending; both are None
-    if the cloths do not hold the same. grips: [m, grips, 3], 0 of an open one. Colliders and pins are NaN of cloths that
-    are faulted or had no step to do, unless all are: then there are none, [m, 0, 3].
+    if the cloths do not hold the same. grips: [m, grips, 3], as of `Grips`. Colliders and pins are NaN of cloths that are
+    faulted or had no step to do, unless all are: then there are none, [m, 0, 3].
     """
 
     colliders: np.ndarray | None
@@ -94,9 +96,8 @@ class Impulses:
             particles = numbers[0]
             if (numbers != particles).any():
                 pins = particles = None
-        of_grips = response.grips.impulses_n_s
-        grips = np.array(of_grips).reshape(len(ids), len(of_grips) // (3 * len(ids)), 3)
-        return cls(colliders, angular, pins, particles, grips)
+        of_grips = response.grips
+        return cls(colliders, angular, pins, particles, _by_slot(of_grips, ids, of_grips.impulses_n_s, 0.0, (3,)))
 
 
 def _rows_of(cloth_ids, ids):
@@ -104,6 +105,14 @@ def _rows_of(cloth_ids, ids):
     ids = np.array(ids, np.uint64)  # larger than a float64 can tell apart
     order = np.argsort(ids)
     return order[np.searchsorted(ids[order], np.array(cloth_ids, np.uint64))]
+
+
+def _by_slot(message, ids, values, none, width=()):
+    """[cloths, grips, *width] of the rows of a GripStates, each at its cloth and slot; `none` where there is no row."""
+    slots = np.array(message.slots, np.intp)
+    result = np.full((len(ids), slots.max(initial=-1) + 1, *width), none)
+    result[_rows_of(message.cloth_ids, ids), slots] = np.array(values).reshape(len(slots), *width)
+    return result
 
 
 def _by_cloth(rows, values, count):
@@ -161,7 +170,14 @@ class Answer(States):
         return answer
 
     def measure(self, name):
-        """A number of every report as an array [m], e.g. `answer.measure("max_strain")`."""
+        """A number of every report as an array [m], e.g. `answer.measure("max_strain")`: a field of StepReport, in the
+        unit that its name ends with. Raises FailedPrecondition (NO_REPORTS) without `step(report=True)`,
+        InvalidArgument if reports have no such number."""
+        field = v1.StepReport.DESCRIPTOR.fields_by_name.get(name) if isinstance(name, str) else None
+        if field is None or field.message_type is not None or field.cpp_type == field.CPPTYPE_STRING:
+            raise errors.bad_field("name", f"{name!r} is not a number of StepReport, as max_strain is")
+        if len(self.rows) and not self.reports:
+            raise errors.FailedPrecondition("measures come with step(report=True)", reason="NO_REPORTS")
         return np.array([getattr(report, name) for report in self.reports])
 
 
@@ -180,8 +196,9 @@ def unpack(packed):
 
 
 def pack(array):
-    """A PackedArray with a copy of `array`: float32, float64 or uint32."""
-    array = np.ascontiguousarray(array)
+    """A PackedArray with a copy of `array`, of any shape: numbers of the type float32, float64 or uint32. Raises
+    InvalidArgument for other types, and for lists of unequal lengths."""
+    array = np.ascontiguousarray(columns.numbers("array", array))
     for data_type, dtype in _DTYPES.items():
         if array.dtype == dtype:
             return v1.PackedArray(data_type=data_type, shape=array.shape, data=array.tobytes())
@@ -274,6 +291,9 @@ class StateReader(_Chunks):
     def __init__(self, ids, particles, names, dtype, out):
         super().__init__(ids, particles)
         shape = self._shape
+        for name in out:
+            if name not in names:
+                raise errors.bad_field("out", f"has {name!r}, but what is read is {' and '.join(names)}")
         for name in names:
             array = out.get(name)
             if array is None:

@@ -39,7 +39,8 @@ class _StreamBase:
 
 
 class FramesBase(_StreamBase):
-    """Iterate over it: each `Frame` holds the cloths that have changed. Made by `Cloths.frames`."""
+    """Iterate over it: each `Frame` holds the cloths that have changed. Made by `Cloths.frames`, which says what the
+    iteration raises."""
 
     _method = "StreamStates"
     _credit = v1.StreamStatesRequest(credit=1)
@@ -71,7 +72,7 @@ class FramesBase(_StreamBase):
 
 class RunBase(_StreamBase):
     """Iterate over it: each `RunReport` says how the run does (drape.v1). It steps as long as it is open: leaving its
-    `with` ends it, as does a program that ends. Made by `Cloths.run`."""
+    `with` ends it, as does a program that ends. Made by `Cloths.run`, which says what the iteration raises."""
 
     _method = "Run"
 
@@ -137,7 +138,8 @@ class Run(_Blocking, RunBase):
         return self._read()
 
     def pause(self) -> None:
-        """No step begins until `resume`. A report follows."""
+        """No step begins until `resume`. A report follows. A run that has ended is left alone, here and by `resume` and
+        `stop`: the iteration raises why it ended."""
         self._requests.put(v1.RunRequest(pause=True))
 
     def resume(self) -> None:
