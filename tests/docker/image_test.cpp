@@ -93,13 +93,16 @@ std::set<std::string> ImagePackages() {
   return packages;
 }
 
-// ["--flag", ...] as draped reads it; the files of TLS are replaced by one that exists.
+// ["--flag", ...] as draped reads it; the files of TLS and tokens are replaced by one that exists.
 Config Parse(const std::vector<std::string>& arguments) {
   std::vector<std::string> words = {"draped"};
   for (const std::string& argument : arguments) {
     words.push_back(std::regex_replace(argument, std::regex("=/etc/drape/(tls/)?"),
                                        "=" + kDocker.string() + "/"));
-    if (words.back().find(".pem") == std::string::npos) continue;
+    if (words.back().find(".pem") == std::string::npos &&
+        words.back().find("--token-file") == std::string::npos) {
+      continue;
+    }
     words.back() =
         words.back().substr(0, words.back().find('=')) + "=" + (kDocker / "Dockerfile").string();
   }
@@ -123,6 +126,10 @@ std::vector<std::string> EntryPoint() {
   return words;
 }
 
+std::string PortOf(const std::string& address) {
+  return address.substr(address.rfind(':') + 1);
+}
+
 TEST(ImageTest, InstallsThePackagesThatTheProgramsNeedAndNoOthers) {
   const std::set<std::string> base = {"libc6", "libgcc-s1", "libstdc++6"};  // of debian:12-slim
   const std::set<std::string> opened = {"libegl1", "libegl-mesa0", "libgl1-mesa-dri", "libopengl0"};
@@ -136,13 +143,15 @@ TEST(ImageTest, InstallsThePackagesThatTheProgramsNeedAndNoOthers) {
 
 TEST(ImageTest, CommandsAreFlagsThatTheServerTakes) {
   std::vector<std::string> commands = Groups(ReadFile(kDocker / "Dockerfile"), R"(^CMD (\[.*\])$)");
-  for (const char* file : {"compose.yaml", "compose.gpu.yaml", "compose.tls.yaml"}) {
+  for (const char* file : {"compose.yaml", "compose.gpu.yaml", "compose.tls.yaml",
+                           "fleet/compose.yaml", "exposed/compose.yaml"}) {
     for (const std::string& command :
          Groups(ReadFile(kDocker / file), R"(^ *command: (\[.*\])$)")) {
       commands.push_back(command);
     }
   }
-  EXPECT_EQ(commands.size(), 3u) << "of image, compose.yaml and compose.tls.yaml";
+  EXPECT_EQ(commands.size(), 6u)
+      << "of image, compose.yaml, compose.tls.yaml, exposed/, two of fleet/";
   for (const std::string& command : commands) {
     std::vector<std::string> arguments = EntryPoint();
     for (const std::string& word : Words(command)) arguments.push_back(word);
@@ -154,7 +163,7 @@ TEST(ImageTest, CommandsAreFlagsThatTheServerTakes) {
 TEST(ImageTest, EveryFileNamesThePortTheServerListensOn) {
   const std::string listen = Parse(EntryPoint()).listen;
   EXPECT_THAT(listen, ::testing::StartsWith("0.0.0.0:"));
-  const std::string port = listen.substr(listen.rfind(':') + 1);
+  const std::string port = PortOf(listen);
   const std::string dockerfile = ReadFile(kDocker / "Dockerfile");
   EXPECT_EQ(OnlyMatch(dockerfile, R"(^EXPOSE (\d+)$)"), port);
   EXPECT_EQ(OnlyMatch(dockerfile, R"(--server=127\.0\.0\.1:(\d+))"), port);
@@ -169,9 +178,49 @@ TEST(ImageTest, ContainersMayTakeAsLongToStopAsTheServer) {
   const int patience_ms = std::stoi(std::regex_replace(
       OnlyMatch(ReadFile(kRoot / "server/main.cpp"), R"(kStopPatience\{([\d']+)\})"),
       std::regex("'"), ""));
-  const int grace_s =
-      std::stoi(OnlyMatch(ReadFile(kDocker / "compose.yaml"), R"(stop_grace_period: (\d+)s)"));
-  EXPECT_GT(grace_s * 1000, static_cast<int>(Config{}.drain_grace_ms) + patience_ms);
+  for (const char* file : {"compose.yaml", "fleet/compose.yaml", "exposed/compose.yaml"}) {
+    const int grace_s =
+        std::stoi(OnlyMatch(ReadFile(kDocker / file), R"(stop_grace_period: (\d+)s)"));
+    EXPECT_GT(grace_s * 1000, static_cast<int>(Config{}.drain_grace_ms) + patience_ms) << file;
+  }
+}
+
+TEST(FleetTest, TheProxyRoutesToTheServersOfComposeByTheirNamesAndPorts) {
+  const std::string compose = ReadFile(kDocker / "fleet/compose.yaml");
+  const std::string proxy = ReadFile(kDocker / "fleet/haproxy.cfg");
+  const std::vector<std::string> names = Groups(compose, R"(^  draped-(\w+):$)");
+  const std::vector<std::string> commands = Groups(compose, R"(^    command: (\[.*\])$)");
+  ASSERT_EQ(names.size(), 2u);
+  ASSERT_EQ(commands.size(), names.size());
+  EXPECT_EQ(Groups(proxy, R"(^  server (\w+) )"), names);
+  for (size_t k = 0; k < names.size(); ++k) {
+    std::vector<std::string> arguments = EntryPoint();
+    for (const std::string& word : Words(commands[k])) arguments.push_back(word);
+    const Config config = Parse(arguments);
+    EXPECT_EQ(config.server_id, names[k]);
+    EXPECT_EQ(config.max_connections_per_peer, 0u) << "all come from the proxy";
+    EXPECT_THAT(config.metrics_listen, ::testing::StartsWith("0.0.0.0:"));
+    EXPECT_THAT(proxy,
+                HasSubstr("\n  server " + names[k] + " draped-" + names[k] + ":" +
+                          PortOf(config.listen) + " port " + PortOf(config.metrics_listen) + "\n"));
+  }
+}
+
+TEST(FleetTest, ComposePublishesTheProxyToThisMachineAlone) {
+  const std::string compose = ReadFile(kDocker / "fleet/compose.yaml");
+  const std::string port =
+      OnlyMatch(ReadFile(kDocker / "fleet/haproxy.cfg"), R"(^  bind 127\.0\.0\.1:(\d+) )");
+  EXPECT_EQ(Groups(compose, R"re(^      - "(127\S*:\d+)"$)re"),
+            std::vector<std::string>{"127.0.0.1:${DRAPE_PORT:-" + port + "}:" + port});
+  EXPECT_THAT(compose, HasSubstr("sed 's/bind 127.0.0.1:/bind :/' /etc/drape/haproxy.cfg"));
+  EXPECT_THAT(compose, HasSubstr("./haproxy.cfg:/etc/drape/haproxy.cfg:ro"));
+}
+
+TEST(FleetTest, CommandsGoToTheSocketThatTheProxyListensOn) {
+  const std::string socket =
+      OnlyMatch(ReadFile(kDocker / "fleet/haproxy.cfg"), R"(^  stats socket (\S+) mode 600 )");
+  EXPECT_THAT(ReadFile(kDocker / "fleet/tell.sh"), HasSubstr("->new(\"" + socket + "\")"));
+  EXPECT_THAT(ReadFile(kDocker / "fleet/README.md"), HasSubstr("socat - " + socket + "`"));
 }
 
 TEST(ImageTest, EveryFileThatTheImageCopiesIsInItsContext) {

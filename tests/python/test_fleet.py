@@ -9,6 +9,7 @@ import shutil
 import signal
 import socket
 import subprocess
+import sys
 import threading
 import time
 
@@ -133,6 +134,26 @@ def test_a_draining_server_keeps_its_sessions_and_gets_no_new_ones(fleet):
     fleet.tell("set server sessions/a state ready")
     fleet.wait_for("a", "UP")
     sessions_on_all(fleet)
+
+
+@pytest.mark.full
+def test_the_script_for_compose_drains_too(fleet, tmp_path, monkeypatch):
+    """An imitation of `docker compose exec` runs what it is told here, where the socket is elsewhere."""
+    (tmp_path / "docker").write_text(f"""#!{sys.executable}
+import os, sys
+assert sys.argv[1:7] == ["compose", "-f", "{ROOT}/docker/fleet/compose.yaml", "exec", "-T", "proxy"], sys.argv
+command = [word.replace("/tmp/drape-fleet.sock", "{fleet.socket}") for word in sys.argv[7:]]
+os.execvp(command[0], command)
+""")
+    (tmp_path / "docker").chmod(0o755)
+    monkeypatch.setenv("PATH", f"{tmp_path}:/usr/bin:/bin")
+    tell = lambda *words: subprocess.run([ROOT / "docker/fleet/tell.sh", *words], capture_output=True, text=True, timeout=30)
+    assert tell("set server sessions/a state drain").returncode == 0
+    fleet.wait_for("a", "DRAIN")
+    assert "sessions,a," in tell("show stat").stdout
+    assert tell("set server sessions/a state ready").returncode == 0
+    fleet.wait_for("a", "UP")
+    assert tell().returncode != 0
 
 
 @pytest.mark.full

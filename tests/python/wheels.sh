@@ -4,6 +4,7 @@
 set -euo pipefail
 source=$1 work=$2
 ls "$source"/build/wheels/drape_server-*-manylinux_*.whl >/dev/null || { echo "./run wheels comes first" >&2; exit 1; }
+ls "$source"/build/wheels/drape_server-*-manylinux_2_35_x86_64.whl || { echo "client/python/server/README.md names another glibc" >&2; exit 1; }
 # What is to be fetched: the programs and 50 libraries, OpenSSL's and gRPC's half of it.
 most_bytes=14000000
 bytes=$(stat -c %s "$source"/build/wheels/drape_server-*-manylinux_*.whl)

@@ -3,8 +3,8 @@
 ppo_drop_flat.py OUT [--steps N] [--seed S] [--envs N] [--side N]
 
 Writes OUT.csv (normalized performance of the learner, its action without noise, on starts it does not train on) and,
-with matplotlib, OUT.png: the learning curve beside the policy by hand and random actions. Needs the extra `gym`, and
-stable-baselines3; one seed gives one curve on one machine.
+with matplotlib, OUT.png: the learning curve beside the policy by hand and random actions. Needs the extra `sb3`; one
+seed gives one curve on one machine.
 """
 
 import argparse

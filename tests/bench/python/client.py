@@ -32,8 +32,7 @@ ROOT = pathlib.Path(__file__).resolve().parents[3]
 PEERS_PYTHON = ROOT / "build/peers-environment/bin/python"
 CPP = os.environ.get("DRAPE_BURST", ROOT / "build/release/bin/drape_burst")
 PYTHON_SIDE = pathlib.Path(__file__).with_name("python_client.py")
-# name, cloths, positions, calls per round
-# Name, particles along an edge, cloths, whether with positions, calls.
+# Name, particles along an edge, cloths, whether with positions, calls per round.
 CASES = [("empty Step", 2, 1, False, 1000), ("1 x 1024, acknowledged", SIDE, 1, False, 400),
          ("64 x 1024, positions", SIDE, 64, True, 200), ("1000 x 1024, positions", SIDE, 1000, True, 20)]
 ROUNDS = 5

@@ -5,6 +5,8 @@ import subprocess
 import sys
 import urllib.request
 
+# What a shell starts in the background ignores it, and would hand that down.
+signal.signal(signal.SIGINT, signal.default_int_handler)
 viewer = subprocess.Popen([sys.executable, "-m", "drape.viewer", "/root/examples/hanging_two_corners.json"], stdout=subprocess.PIPE,
                           text=True)
 try:

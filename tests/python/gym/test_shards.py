@@ -1,5 +1,6 @@
 """Shards on a Ray cluster of two nodes in this machine, whose servers, actors and nodes are killed. Full tier: needs Ray."""
 
+import contextlib
 import os
 import pathlib
 import signal
@@ -157,6 +158,111 @@ def test_what_is_killed_goes_on_with_the_same_bits(cluster, undisturbed, victim)
     assert sum(changed[0]) == 1 and (sum(changed[1]) == 0) == (victim == "server"), "who lost a server starts another one"
 
 
+def test_after_many_episodes_little_is_done_again_and_kept(cluster):
+    """Nobody resets with seeds, as learners do not. The server is killed after each number of actions since a snapshot, amid
+    episodes, where they end and where they begin, and once between a snapshot and the next action."""
+    from drape.gym import DropFlat
+
+    every, kills = 3, (30, 34, 38, 42, 43)
+    env, alone = make(max_episode_steps=4, snapshot_every=every), DropFlat(ENVS, backend="cpu", max_episode_steps=4)
+    mask = np.arange(ENVS) % 2 == 0
+    replayed = []
+    assert equal(env.reset(seed=5), alone.reset(seed=5))
+    for number in range(46):
+        if number in kills:
+            kill(env, cluster, "server")
+        before = env.replayed
+        action = actions(number)[0]
+        assert equal(env.step(action), alone.step(action)), number
+        if number in kills:
+            replayed.append(env.replayed - before)
+        if number == 9:  # from now on they end at different times
+            some = {"reset_mask": mask}
+            assert equal(env.reset(options=some), alone.reset(options=some))
+        assert max(map(len, env._history)) <= 1 + every
+    alone.close()
+    assert env.recoveries == len(kills) and set(replayed) == {0, 1, 2}
+
+
+def test_a_server_that_is_lost_while_it_gives_a_snapshot_is_recovered(cluster, undisturbed, tmp_path):
+    once = tmp_path / "once"
+
+    def task(num_envs, **arguments):
+        from drape.gym import DropFlat
+
+        class Falling(DropFlat):
+            def snapshot(self):
+                with contextlib.suppress(FileExistsError):  # of two shards at the same time one
+                    once.touch(exist_ok=False)
+                    os.kill(self._owned._connection.server.pid, signal.SIGKILL)
+                return super().snapshot()
+
+        return Falling(num_envs, **arguments)
+
+    env = make(task, max_episode_steps=4, snapshot_every=2)
+    assert equal(play(env), undisturbed)
+    assert env.recoveries == 1 and env.replayed == 2
+
+
+def test_a_snapshot_goes_on_where_the_device_has_another_name_with_a_warning(cluster, undisturbed, tmp_path):
+    """Another number of threads is another device to the server, though one with the same bits."""
+    is_other = tmp_path / "other"
+
+    def task(num_envs, **arguments):
+        from drape.gym import DropFlat
+
+        return DropFlat(num_envs, threads=2 if is_other.exists() else 1, **arguments)
+
+    env = make(task, max_episode_steps=4, snapshot_every=2)
+    env.places()  # both are there
+    is_other.touch()
+    with pytest.warns(RuntimeWarning, match="shard 1 goes on with other bits: OTHER_BUILD.*2 cores"):
+        assert equal(play(env, lambda number: kill(env, cluster, "actor") if number == 3 else None), undisturbed)
+
+
+def test_a_task_without_snapshots_keeps_its_history(cluster, undisturbed):
+    def task(num_envs, **arguments):
+        from drape.gym import DropFlat
+        from gymnasium.vector import VectorWrapper
+
+        return VectorWrapper(DropFlat(num_envs, **arguments))
+
+    env = make(task, max_episode_steps=4, snapshot_every=2)
+    assert equal(play(env, lambda number: kill_wrapped(env) if number == 3 else None), undisturbed)
+    assert env.recoveries == 1 and env.replayed == 4 and max(map(len, env._history)) > 5
+
+
+def kill_wrapped(env):
+    os.kill(env.places()[1]["pid"], signal.SIGKILL)
+
+
+@pytest.mark.parametrize("bad", [{"seed": -1}, {"seed": [1, 2, 3, 4, 5, -6]}, {"seed": [1]}, {"options": 3},
+                                 {"options": {"reset_mask": np.zeros(ENVS, bool)}}])
+def test_a_refused_reset_changes_nothing(cluster, undisturbed, bad):
+    """Neither what is seen nor what is done again after a loss."""
+    env = make(max_episode_steps=4)
+
+    def disturb(number):
+        if number == 3:
+            with pytest.raises((ValueError, TypeError), match="seed|options|reset_mask"):
+                env.reset(**bad)
+            kill(env, cluster, "server")
+
+    assert equal(play(env, disturb), undisturbed)
+
+
+def test_the_first_reset_is_of_all_and_can_be_done_again(cluster):
+    env = make(max_episode_steps=4)
+    mask = np.arange(ENVS) == 5
+    begun, _ = env.reset(seed=[None, 1, 2, 3, 4, 5], options={"reset_mask": mask})
+    assert len(np.unique(begun, axis=0)) == ENVS
+    kill(env, cluster, "server")
+    stay = np.zeros((ENVS, 8), np.float32)
+    stay[:, [3, 7]] = 1
+    after, *_ = env.step(stay)
+    assert env.recoveries == 1 and np.abs(after - begun).max() < 0.1, "the same starts, a moment later"
+
+
 def test_a_server_that_is_lost_once_more_costs_the_actor(cluster, undisturbed, tmp_path):
     """As when the machine is to blame."""
     log = tmp_path / "pids"
@@ -266,3 +372,5 @@ def test_errors_of_the_caller_are_raised(cluster):
         ShardedVectorEnv(DropFlat, 2, shards=3)
     with pytest.raises(ValueError, match="num_gpus"):
         ShardedVectorEnv(DropFlat, 2, shards=1, num_gpus=2)
+    with pytest.raises(ValueError, match="snapshot_every: .*got 0"):
+        ShardedVectorEnv(DropFlat, 2, shards=1, snapshot_every=0)

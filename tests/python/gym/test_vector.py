@@ -123,17 +123,65 @@ def test_an_episode_has_the_same_bits_alone_and_after_letting_go(make):
     assert np.array_equal(first, episode(alone, 1))
 
 
-def test_one_step_per_step(make, monkeypatch):
+@pytest.fixture
+def calls(client, monkeypatch):
+    """Names of the requests from now on."""
+    made, run = [], client._connection._ask
+    monkeypatch.setattr(client._connection, "_ask", lambda of, call, tries: made.append(call.method) or run(of, call, tries))
+    return made
+
+
+HOLD = np.tile(np.float32([0.1, -0.2, 0.3, 1]), (NUM, 2))
+
+
+def test_one_step_per_step(make, calls):
     env = make()
     env.reset(seed=1)
-    calls = []
-    run = env.cloths._connection._ask
-    monkeypatch.setattr(env.cloths._connection, "_ask",
-                        lambda of, call, tries: calls.append(call.method) or run(of, call, tries))
-    hold = np.tile(np.float32([0.1, -0.2, 0.3, 1]), (NUM, 2))
-    for _ in range(3):
-        env.step(hold)
-    assert calls == ["Step"] * 3
+    calls.clear()
+    for _ in range(9):  # two episodes end, and two begin
+        env.step(HOLD)
+    assert calls == ["Step"] * 9
+
+
+def test_one_more_where_some_begin_and_others_act(make, calls):
+    env = make()
+    env.reset(seed=1)
+    env.step(HOLD)
+    env.reset(options={"reset_mask": np.array([False, True, False])})
+    calls.clear()
+    counts = []
+    for _ in range(7):
+        env.step(HOLD)
+        counts.append(len(calls))
+    assert calls == ["Step"] * len(calls)
+    assert np.diff([0, *counts]).tolist() == [1, 1, 1, 2, 2, 1, 1]
+
+
+def test_two_steps_where_episodes_end_in_the_same_step(make, calls):
+    env = make(AutoresetMode.SAME_STEP)
+    env.reset(seed=1)
+    calls.clear()
+    counts = []
+    for _ in range(5):
+        env.step(HOLD)
+        counts.append(len(calls))
+    assert calls == ["Step"] * len(calls)
+    assert np.diff([0, *counts]).tolist() == [1, 1, 1, 2, 1]
+
+
+@pytest.mark.parametrize("mode", [AutoresetMode.NEXT_STEP, AutoresetMode.SAME_STEP])
+def test_an_episode_whose_cloth_blows_up_ends_and_another_one_begins(make, mode):
+    env = make(mode)
+    env.reset(seed=1)
+    env.cloths.randomise(ids=[1], gravity=[[0, 1e9, 0]])
+    _, _, terminated, truncated, _ = env.step(HOLD)
+    assert terminated.tolist() == [False, True, False] and not truncated.any()
+    env.cloths.randomise(ids=[1], gravity=[[0, -9.81, 0]])
+    if mode == AutoresetMode.SAME_STEP:
+        assert env.elapsed.tolist() == [1, 0, 1] and not env.cloths.faulted.any()
+    observation, _, terminated, _, _ = env.step(HOLD)
+    assert env.elapsed.tolist() == ([2, 1, 2] if mode == AutoresetMode.SAME_STEP else [2, 0, 2])
+    assert not terminated.any() and not env.cloths.faulted.any() and np.isfinite(observation).all()
 
 
 def test_actions_are_checked(make):

@@ -39,6 +39,47 @@ def test_play_step_reset_and_recording(session, free_port, tmp_path):
     assert cloths.step().step_count[0] == 1
 
 
+def test_a_recording_that_cannot_be_written_is_kept(session, free_port, tmp_path):
+    with Window([session.create(sheet())], port=free_port) as window:
+        window.start_recording()
+        window.ask_step(2)
+        wait_for(lambda: "step 2," in window.status.content)
+        with pytest.raises(OSError):
+            window.save_recording(tmp_path / "nowhere" / "x.html")
+        window.save_recording(tmp_path / "x.html")
+        size = (tmp_path / "x.html").stat().st_size
+        with pytest.raises(drape.FailedPrecondition):
+            window.save_recording(tmp_path / "y.html")
+        window.start_recording()
+        window.save_recording(tmp_path / "y.html")
+        assert (tmp_path / "y.html").stat().st_size < size, "without the two steps"
+
+
+def test_the_button_ends_a_recording_only_for_a_browser_that_gets_it(session, free_port):
+    sent = []
+
+    class Event:
+        client = None
+
+    class Browser:
+        @staticmethod
+        def send_file_download(name, content, save_immediately):
+            sent.append((name, content[:15].lower()))
+
+    class Button:
+        label = "record"
+
+    with Window([session.create(sheet())], port=free_port) as window:
+        event, button = Event(), Button()
+        window._toggle_recording(event, button)
+        window._toggle_recording(event, button)
+        assert window._recording is not None and button.label == "stop and save"
+        event.client = Browser
+        window._toggle_recording(event, button)
+        assert window._recording is None and button.label == "record"
+    assert sent == [("drape.html", b"<!doctype html>")]
+
+
 def test_a_colouring_chosen_amid_a_picture_counts_from_the_next(session, free_port):
     with Window([session.create(sheet(), count=1)], port=free_port) as window:
         drawing, drawn = window._drawings[0], []
@@ -85,6 +126,27 @@ def test_a_spectator_sees_what_somebody_else_steps(client, session, free_port):
         wait_for(lambda: "step 7," in window.status.content)
         assert window.play.disabled
         wait_for(lambda: np.array_equal(window._drawings[0]._surface.vertices, cloths.positions.reshape(-1, 3)))
+
+
+def test_a_spectator_sees_faults_come_and_go(client, session, free_port):
+    def pair(stiffness):
+        return drape.ClothSpec(settings=drape.StepSettings(substeps=1, time_step_s=0.001), particles=drape.Particles(
+            positions_m=[0, 0, 0, 1.01, 0, 0], masses_kg=[1, 1],
+            springs=[drape.Spring(i=0, j=1, rest_length_m=1, stiffness_n_per_m=stiffness)]))
+
+    cloths = session.create(pair(1), count=3)
+    with client.session(name=session.name) as other, Window([other.attach()], advance=None, port=free_port) as window:
+        cloths.update(pair(5e7), "particles.springs", ids=[1])  # far beyond what is stable
+        cloths.step(20)
+        assert cloths.faulted.tolist() == [False, True, False]
+        wait_for(lambda: "**1 faulted**" in window.status.content)
+        cloths.reset([1])
+        wait_for(lambda: "faulted" not in window.status.content)
+
+
+def test_what_is_public_says_what_it_does():
+    public = [member for name, member in vars(Window).items() if not name.startswith("_")]
+    assert public and all(member.__doc__ for member in public)
 
 
 def test_moving_colliders_are_where_the_server_has_them(client, free_port):

@@ -66,19 +66,16 @@ class Flatten(FloorStart):
 
     best_performance = 1.0
 
-    def _settle(self, rows):
+    def _settle(self, rows, positions):
         draws = [self._generators[k] for k in rows]
         particles = np.array([[rng.integers(self.cloths.particles)] for rng in draws])
         lifts = np.array([rng.uniform(0.5, 1.0) * self.size_m for rng in draws])
-        at = self.cloths.read(ids=rows).positions[np.arange(len(rows)), particles[:, 0]]
+        at = positions[np.arange(len(rows)), particles[:, 0]]
         self.cloths.grip(0, particles=particles, at=at[:, None], ids=rows)
         self.cloths.move_grips(0, (at + lifts[:, None] * [0, 1, 0])[:, None], over_s=0.75, ids=rows)
-        self._run(rows, 1.0)
+        self.cloths.step(round(1.0 / TIME_STEP_S), view=None, ids=rows)
         self.cloths.release(0, ids=rows)
-        self._run(rows, 1.5)
-
-    def _run(self, rows, duration_s):
-        self.cloths.step(round(duration_s / TIME_STEP_S), view=None, ids=rows)
+        return self.cloths.step(round(1.5 / TIME_STEP_S), ids=rows).positions
 
     def _performance(self, positions, rows):
         return np.minimum(1.0, metrics.coverage(positions, self._stamp_m) / self.size_m**2)

@@ -29,9 +29,14 @@ class Pickers:
         return len(self._particles)
 
     def attach(self, cloths):
+        """They are the grips of `cloths`, and stay where they are if they are anywhere yet."""
         self._cloths = cloths
-        self.positions = np.zeros((cloths.num, self.num, 3))
-        self.holds = np.zeros((cloths.num, self.num), bool)
+        if self.positions is None:
+            self.positions = np.zeros((cloths.num, self.num, 3))
+            self.holds = np.zeros((cloths.num, self.num), bool)
+
+    def __getstate__(self):  # cloths belong to a server
+        return {**vars(self), "_cloths": None}
 
     def begin(self, rows, positions):
         """The cloths `rows` have just been reset: `positions` [m, particles, 3]. Each picker holds its particle."""

@@ -5,6 +5,7 @@ from __future__ import annotations
 import functools
 import math
 import os
+import warnings
 
 import numpy as np
 
@@ -17,7 +18,7 @@ from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space
 
 import drape
-from drape.gym.vector import ClothVectorEnv
+from drape.gym.vector import ClothVectorEnv, checked_mask, checked_seeds
 
 _NOTICE_S = 0.05  # how often lost shards are looked for while others work
 
@@ -27,24 +28,31 @@ class ShardedVectorEnv(VectorEnv):
     results are those of one `task(num_envs)`, bit for bit, wherever the shards are.
 
     A shard that is lost, with its process or its machine, is made again where Ray has room; one that has lost its server
-    alone starts another one. It does again what it did since the last reset of all environments with seeds: its state is
-    a function of that, to the bit. Such a reset now and then keeps recovery short; `replayed` counts what was done
-    again. What fails for another reason (a bad action, a bug) is raised.
+    alone starts another one. It goes on from the last snapshot that this process has of it, or from the last reset of
+    all environments with seeds, and does again what it did since: its state is a function of that, to the bit.
+    `replayed` counts what was done again. Snapshots need a device of the same name; on another one the shard goes on
+    with a RuntimeWarning, perhaps with other bits. What fails for another reason (a bad action, a bug) is raised.
 
     task: a class of `drape.gym`, or any callable that makes a vector environment whose `reset` and `step` are repeatable.
     shards: how many, at most num_envs. num_cpus, num_gpus: of each shard, for Ray; its server has as many threads, so
     that shards of one machine do not take the cores from each other, and the GPU that Ray gives to its actor. spares:
     actors that wait to take the place of a lost one, each with as much of the machines as a shard: starting a process
-    is most of a recovery. max_recoveries: of all shards in the environment's life, before the error is raised. Further
-    arguments are the task's. Needs the extra `ray` of this package on all machines, and `ray.init()` before.
+    is most of a recovery. max_recoveries: of all shards in the environment's life, before the error is raised.
+    snapshot_every: a shard is asked for a snapshot after so many actions and resets (>= 1), more than which are never done
+    again; 64 sheets of 1024 particles take 3 MB here, and less than a tenth of an action. None: never. Then, and if the
+    class of what `task` makes has no `snapshot` and `restore` (as wrappers have none), all since the last reset with
+    seeds is kept, and done again: reset with seeds now and then. Further arguments are the task's. Needs the extra `ray`
+    of this package on all machines, and `ray.init()` before.
     """
 
     def __init__(self, task, num_envs: int, *, shards: int, num_cpus: float = 1, num_gpus: float = 0,
-                 spares: int = 0, max_recoveries: int = 100, **arguments):
+                 spares: int = 0, max_recoveries: int = 100, snapshot_every: int | None = 5, **arguments):
         if not 1 <= shards <= num_envs:
             raise ValueError(f"shards: 1 to num_envs ({num_envs}), got {shards}")
         if num_gpus > 1:
             raise ValueError(f"num_gpus: a shard's server uses one at most, got {num_gpus}: make more shards")
+        if snapshot_every is not None and not (isinstance(snapshot_every, (int, np.integer)) and snapshot_every >= 1):
+            raise ValueError(f"snapshot_every: None, or a whole number >= 1, got {snapshot_every!r}")
         self.num_envs = num_envs
         self.replayed = 0
         self.recoveries = 0
@@ -60,7 +68,7 @@ class ShardedVectorEnv(VectorEnv):
         self._shards = [self._make() for _ in range(shards)]
         self._spares: list = []
         self._add_spares()
-        # Of each shard, since the last reset of all with seeds: what it was told, in order.
+        # Of each shard, in order: what it was told since the last reset of all with seeds, or a snapshot and that since then.
         self._history: list[list[tuple]] = [[] for _ in range(shards)]
         self._shown: list[tuple] = [()] * shards  # observation and info of each, as last seen
         try:
@@ -68,6 +76,7 @@ class ShardedVectorEnv(VectorEnv):
         except BaseException:
             self.close_extras()
             raise
+        self._snapshot_every = snapshot_every if facts["has_snapshots"] else None
         self.metadata = facts["metadata"]
         self.render_mode = facts["render_mode"]
         self.autoreset_mode = AutoresetMode(self.metadata["autoreset_mode"])
@@ -76,23 +85,22 @@ class ShardedVectorEnv(VectorEnv):
         self.observation_space = batch_space(self.single_observation_space, num_envs)
 
     def reset(self, *, seed=None, options=None):
-        mask = None if options is None else options.get("reset_mask")
-        if seed is None and not all(self._history):
-            # The first one: drawn here, so that a shard can draw the same again.
-            seed = int(np.random.SeedSequence().generate_state(1)[0])
-        seeds = list(seed) if np.ndim(seed) else [None] * self.num_envs if seed is None else [seed + k for k in range(self.num_envs)]
-        if len(seeds) != self.num_envs:
-            raise ValueError(f"seed: {self.num_envs} are needed, got {len(seeds)}")
-        if mask is None and None not in seeds:
-            self._history = [[] for _ in self._shards]
-        if mask is not None and not np.any(mask):
-            raise ValueError("reset_mask: at least one must be True")
-        calls = [("reset", seeds[rows], None if mask is None else {**options, "reset_mask": mask[rows]}) for rows in self._rows]
-        if mask is not None and all(self._shown):
+        # Checked here, so that no shard begins while another refuses.
+        mask = checked_mask(options, self.num_envs)
+        seeds = checked_seeds(seed, self.num_envs)
+        if not all(self._history):
+            # The first one is of all, and its seeds are drawn here, so that a shard can draw the same again.
+            mask = None
+            drawn = int(np.random.SeedSequence().generate_state(1)[0])
+            seeds = [drawn + k if one is None else one for k, one in enumerate(seeds)]
+        others = {name: value for name, value in (options or {}).items() if name != "reset_mask"}
+        calls = [("reset", seeds[rows], others if mask is None else {**others, "reset_mask": mask[rows]}) for rows in self._rows]
+        if mask is not None:
             calls = [call if mask[rows].any() else None for call, rows in zip(calls, self._rows)]
-        answers = self._ask(calls)
+        answers = self._ask(calls, begins=mask is None and None not in seeds)
         observations, infos = zip(*(_unasked(*self._shown[k]) if answer is None else answer for k, answer in enumerate(answers)))
         self._note(observations, infos)
+        self._shorten()
         return np.concatenate(observations), _joined(infos, self._rows)
 
     def step(self, actions):
@@ -105,6 +113,7 @@ class ShardedVectorEnv(VectorEnv):
         answers = self._ask([("step", actions[rows].copy()) for rows in self._rows])
         *columns, infos = zip(*answers)
         self._note(columns[0], infos)
+        self._shorten()
         return (*(np.concatenate(column) for column in columns), _joined(infos, self._rows))
 
     def render(self):
@@ -138,8 +147,16 @@ class ShardedVectorEnv(VectorEnv):
     def _note(self, observations, infos):
         self._shown = list(zip(observations, infos))
 
-    def _ask(self, calls):
-        """Answers of all shards, which work at the same time; those that are lost are recovered meanwhile. No call: None."""
+    def _shorten(self):
+        """Snapshots take the place of histories that have become long."""
+        is_long = [self._snapshot_every is not None and _told(history) >= self._snapshot_every for history in self._history]
+        if any(is_long):
+            self._ask([("snapshot",) if is_long[k] else None for k in range(len(self._shards))])
+
+    def _ask(self, calls, begins=False):
+        """Answers of all shards, which work at the same time; those that are lost are recovered meanwhile. No call: None.
+        begins: what they were told before does not matter to those that have answered."""
+        histories = [[] for _ in calls] if begins else self._history
         answers: list = [None] * len(calls)
         losses = [0] * len(calls)
         failures: dict[int, Exception] = {}
@@ -152,14 +169,21 @@ class ShardedVectorEnv(VectorEnv):
                     answers[k] = ray.get(future)
                 except (ray.exceptions.RayActorError, drape.Unavailable) as error:
                     losses[k] += 1
-                    under_way[self._recover(k, calls[k], error, losses[k])] = k
+                    under_way[self._recover(k, histories[k], calls[k], error, losses[k])] = k
                     continue
                 except Exception as error:
                     failures[k] = error
                     continue
-                self.replayed += len(self._history[k]) if losses[k] else 0
+                if losses[k]:
+                    answers[k], other_device = answers[k]
+                    self.replayed += _told(histories[k])
+                    if other_device:
+                        warnings.warn(f"shard {k} goes on with other bits: {other_device}", RuntimeWarning, stacklevel=3)
                 if calls[k][0] in ("reset", "step"):
-                    self._history[k].append(calls[k])
+                    histories[k].append(calls[k])
+                    self._history[k] = histories[k]
+                elif calls[k][0] == "snapshot":
+                    self._history[k] = [("restore", answers[k])]
         if failures:
             try:
                 raise failures[min(failures)]
@@ -171,8 +195,8 @@ class ShardedVectorEnv(VectorEnv):
         rows = self._rows[k]
         return getattr(self._shards[k], method).remote(rows.stop - rows.start, *arguments)
 
-    def _recover(self, k, call, error, losses):
-        """The future of what shard k did, and of the call."""
+    def _recover(self, k, history, call, error, losses):
+        """The future of what shard k did, and of the call: see `do_again`."""
         self.recoveries += 1
         if self.recoveries > self._max_recoveries:
             raise RuntimeError(f"shard {k} was lost once more after {self._max_recoveries} recoveries") from error
@@ -182,7 +206,7 @@ class ShardedVectorEnv(VectorEnv):
             # A spare that waits for room is the first one to get it.
             self._shards[k] = self._spares.pop(0) if self._spares else self._make()
             self._add_spares()
-        return self._begin(k, "do_again", self._history[k], call)
+        return self._begin(k, "do_again", history, call)
 
 
 class _Shard:
@@ -204,8 +228,12 @@ class _Shard:
         self._is_fresh = False
         name, *arguments = call
         if name == "facts":
+            # Of the class: a wrapper hands on those of what it wraps, and would forget its own state.
             return {"metadata": env.metadata, "render_mode": env.render_mode,
+                    "has_snapshots": hasattr(type(env), "snapshot") and hasattr(type(env), "restore"),
                     "spaces": (env.single_action_space, env.single_observation_space)}
+        if name == "snapshot":
+            return env.snapshot()
         if name == "reset":
             seeds, options = arguments
             return env.reset(seed=seeds, options=options)
@@ -214,11 +242,28 @@ class _Shard:
         return env.render()
 
     def do_again(self, num_envs, history, call):
+        """The answer to `call`, and why a snapshot that the history begins with goes on with other bits here, or ""."""
         if not self._is_fresh:
             self._close()
+        other_device = ""
         for past in history:
-            self.do(num_envs, past)
-        return self.do(num_envs, call)
+            if past[0] == "restore":
+                other_device = self._restore(num_envs, past[1])
+            else:
+                self.do(num_envs, past)
+        return self.do(num_envs, call), other_device
+
+    def _restore(self, num_envs, snapshot):
+        env = self._env_of(num_envs)
+        self._is_fresh = False
+        try:
+            env.restore(snapshot)
+        except drape.FailedPrecondition as error:
+            if error.reason != "OTHER_BUILD":
+                raise
+            env.restore(snapshot, inexact=True)
+            return str(error)
+        return ""
 
     def _env_of(self, num_envs):
         if self._env is not None and self._env.num_envs != num_envs:  # a spare takes the place of a shard of another size
@@ -232,6 +277,11 @@ class _Shard:
             self._env.close()
         self._env = None
         self._is_fresh = True
+
+
+def _told(history):
+    """How many actions and resets."""
+    return sum(name != "restore" for name, *_ in history)
 
 
 def _unasked(observation, info):

@@ -16,7 +16,7 @@ from drape.viewer.pace import Pace
 from drape.viewer.surroundings import Surroundings
 
 _FRAME_S = 1 / 30
-_LOOK_AGAIN_S = 1.0  # whether somebody else has changed gravity or wind
+_LOOK_AGAIN_S = 1.0  # whether somebody else has changed gravity or wind; whether what somebody else steps has blown up
 _COLOURINGS = ("cloth", "strain", "speed")
 
 
@@ -44,6 +44,7 @@ class Window:
         self._drags = queue.SimpleQueue()
         self._pulled = None  # (drawing, row, slot) while a cloth is dragged
         self._recording = None
+        self._recorded = None  # a file that waits to be written
         self.server = viser.ViserServer(host=host, port=port, verbose=False)
         self.server.scene.set_up_direction("+y")
         self._drawings = [Drawing(self.server.scene, f"/batch_{k}", cloths, stride)
@@ -59,7 +60,9 @@ class Window:
         self._thread.start()
 
     @property
-    def url(self):
+    def url(self) -> str:
+        """Where a browser of this machine finds the window: "http://HOST:PORT". PORT is another one than was asked for, if
+        that was taken."""
         return f"http://{self.server.get_host()}:{self.server.get_port()}"
 
     def run(self) -> None:
@@ -78,19 +81,20 @@ class Window:
         self._thread.join(5)
         self.server.stop()
 
-    def save_recording(self, path) -> None:
-        """Writes what the recording has so far as one HTML file that plays it back, and ends it."""
+    def start_recording(self) -> None:
+        """Records every picture from now on. Forgets a recording that was not saved."""
         with self._lock:
-            recording, self._recording = self._recording, None
-        if recording is None:
+            self._recording, self._recorded = self.server.get_scene_serializer(), None
+
+    def save_recording(self, path) -> None:
+        """Ends the recording and writes it as one HTML file that plays it back. Raises FailedPrecondition (NOT_RECORDING),
+        and OSError if the file cannot be written: the recording is kept then, to be saved elsewhere."""
+        file = self._end_recording()
+        if file is None:
             raise errors.FailedPrecondition("nothing is being recorded: start_recording() comes first",
                                             reason="NOT_RECORDING")
-        pathlib.Path(path).write_text(recording.as_html())
-
-    def start_recording(self) -> None:
-        """Records every picture from now on."""
-        with self._lock:
-            self._recording = self.server.get_scene_serializer()
+        pathlib.Path(path).write_text(file)
+        self._recorded = None
 
     def __enter__(self):
         return self
@@ -120,6 +124,7 @@ class Window:
             self._steps_asked += steps
 
     def ask_reset(self) -> None:
+        """Begins again before the next picture, by `reset` of the constructor."""
         with self._lock:
             self._is_reset_asked = True
 
@@ -141,11 +146,20 @@ class Window:
             self.start_recording()
             button.label = "stop and save"
             return
+        if event.client is None:
+            return  # nobody to send it to: it goes on
+        file = self._end_recording()
+        button.label = "record"
+        event.client.send_file_download("drape.html", file.encode(), save_immediately=True)
+        self._recorded = None
+
+    def _end_recording(self):
+        """The recording as a file, which is kept until it is written; None if there is none."""
         with self._lock:
             recording, self._recording = self._recording, None
-        button.label = "record"
-        if event.client is not None:
-            event.client.send_file_download("drape.html", recording.as_html().encode(), save_immediately=True)
+        if recording is not None:
+            self._recorded = recording.as_html()
+        return self._recorded
 
     # --- the loop
 
@@ -165,6 +179,7 @@ class Window:
                     if begin - looked > _LOOK_AGAIN_S:
                         looked = begin
                         self.surroundings.follow()
+                        self._look_for_faults()
                     self._show(steps)
             except errors.Error as error:
                 self.status.content = f"**{error}**"
@@ -189,6 +204,12 @@ class Window:
             for cloths in self.batches:
                 cloths.read()
         return 0
+
+    def _look_for_faults(self):
+        """Answers to own steps tell of them, states that are read do not."""
+        if self._advance is None:
+            for cloths in self.batches:
+                cloths.faulted[:] = [cloth.faulted for cloth in cloths.descriptions()]
 
     def _pull(self, drawing, phase, start, end):
         """The particle that was nearest when the drag began follows the pointer."""
