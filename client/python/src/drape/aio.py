@@ -78,8 +78,9 @@ class _Connection(ConnectionBase):
             return
         try:
             await call.wait_for_connection()
-            await call._cython_call.send_serialized_message(message.SerializeToString())
-        except (grpc.RpcError, grpc.aio.InternalError):
+            send = getattr(getattr(call, "_cython_call", None), "send_serialized_message", None)  # not for users: it may go
+            await (send(message.SerializeToString()) if send else call.write(message))
+        except (grpc.RpcError, grpc.aio.InternalError, asyncio.InvalidStateError):
             pass
         except asyncio.CancelledError:
             if _is_cancelled() or not stream.is_closed:
