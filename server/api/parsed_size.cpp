@@ -21,6 +21,8 @@ using google::protobuf::io::CodedInputStream;
 constexpr uint64_t kPerObject_bytes = 96;
 // google::protobuf::UnknownField, in a list that grows by doubling, and its set or string.
 constexpr uint64_t kPerUnknownField_bytes = 96;
+// The first room of a list, and how far it may be ahead of what is in it: it doubles.
+constexpr uint64_t kPerList_bytes = 96, kGrowth = 2;
 // As deep as the parser of protobuf goes.
 constexpr int kMaxDepth = 100;
 
@@ -34,10 +36,11 @@ class Walk {
     const auto* prototype =
         google::protobuf::MessageFactory::generated_factory()->GetPrototype(&type);
     size_bytes_ += kPerObject_bytes + prototype->SpaceUsedLong();
+    uint64_t lists = 0;
     while (size_bytes_ <= enough_bytes_) {
       const uint32_t tag = in_.ReadTag();
       if (tag == 0) return in_.ConsumedEntireMessage();
-      if (!Field(type, tag, depth)) return false;
+      if (!Field(type, tag, depth, lists)) return false;
     }
     return false;
   }
@@ -45,13 +48,18 @@ class Walk {
   uint64_t size_bytes() const { return size_bytes_; }
 
  private:
-  bool Field(const Descriptor& type, uint32_t tag, int depth) {
+  // `lists`: of the repeated fields that the message had so far, one bit each.
+  bool Field(const Descriptor& type, uint32_t tag, int depth, uint64_t& lists) {
     const FieldDescriptor* field = type.FindFieldByNumber(WireFormatLite::GetTagFieldNumber(tag));
-    if (WireFormatLite::GetTagWireType(tag) != WireFormatLite::WIRETYPE_LENGTH_DELIMITED) {
-      if (field == nullptr || IsGroup(tag)) {
+    const auto wire_type = WireFormatLite::GetTagWireType(tag);
+    // A number that comes in the form of another type is kept as an unknown field, too.
+    if (field != nullptr && !MayHave(*field, wire_type)) field = nullptr;
+    if (field != nullptr && field->is_repeated()) BeginList(*field, lists);
+    if (wire_type != WireFormatLite::WIRETYPE_LENGTH_DELIMITED) {
+      if (field == nullptr) {
         size_bytes_ += kPerUnknownField_bytes;
       } else if (field->is_repeated()) {
-        size_bytes_ += 2 * sizeof(uint64_t);
+        size_bytes_ += kGrowth * sizeof(uint64_t);
       }
       return Skip(tag);
     }
@@ -62,6 +70,18 @@ class Walk {
     }
     size_bytes_ += field == nullptr ? kPerUnknownField_bytes + length : BytesOf(*field, length);
     return in_.Skip(static_cast<int>(std::min<uint32_t>(length, std::numeric_limits<int>::max())));
+  }
+
+  static bool MayHave(const FieldDescriptor& field, WireFormatLite::WireType wire_type) {
+    const auto type = static_cast<WireFormatLite::FieldType>(field.type());
+    return wire_type == WireFormatLite::WireTypeForFieldType(type) ||
+           (field.is_packable() && wire_type == WireFormatLite::WIRETYPE_LENGTH_DELIMITED);
+  }
+
+  void BeginList(const FieldDescriptor& field, uint64_t& lists) {
+    const uint64_t bit = uint64_t{1} << std::min(field.index(), 63);
+    if ((lists & bit) == 0 || field.index() >= 63) size_bytes_ += kPerList_bytes;
+    lists |= bit;
   }
 
   bool SubMessage(const Descriptor& type, uint32_t length, int depth) {
@@ -87,10 +107,11 @@ class Walk {
       case FieldDescriptor::TYPE_FIXED64:
       case FieldDescriptor::TYPE_SFIXED32:
       case FieldDescriptor::TYPE_SFIXED64:
+        return 1;  // their count is known before there is room for them
       case FieldDescriptor::TYPE_BOOL:
-        return 1;
+        return kGrowth;
       default:
-        return sizeof(uint64_t);
+        return kGrowth * sizeof(uint64_t);
     }
   }
 

@@ -56,6 +56,23 @@ TEST(ParsedSize, CoversFieldsThatTheTypeDoesNotKnow) {
   }
 }
 
+// A number where a text or a list of doubles should be, and a text where a number should be.
+TEST(ParsedSize, CoversKnownFieldsInFormsThatTheyDoNotHave) {
+  ExpectEnough<v1::StepRequest>(Repeated("\x08\x05", 1000));
+  ExpectEnough<v1::Pin>(Repeated("\x10\x05", 1000));
+  ExpectEnough<v1::Pin>(Repeated(std::string("\x0a\0", 2), 1000));
+}
+
+TEST(ParsedSize, CoversTheFirstRoomOfLists) {
+  v1::StepRequest request;
+  request.add_cloth_ids(1);
+  ExpectEnough<v1::StepRequest>(request.SerializeAsString());
+  for (int k = 0; k < 64; ++k) {
+    request.add_cloth_ids(1);
+    ExpectEnough<v1::StepRequest>(request.SerializeAsString());
+  }
+}
+
 TEST(ParsedSize, CoversNumbersThatArePacked) {
   v1::StepRequest request;
   for (int k = 0; k < 3000; ++k) request.add_cloth_ids(1);
