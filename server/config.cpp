@@ -176,6 +176,10 @@ void AddLimits(CLI::App& app, Config& config) {
                       UINT64_MAX / 2,
                       "the same of all sessions; a tenant, or a session without one, may have "
                       "half, and no more than it leaves free");
+  AddNumber<uint64_t>(app, "--max-state-bytes", sessions.max_state_bytes, 1u << 20, UINT64_MAX / 2,
+                      "states of the cloths of all sessions, 8192 bytes for a cloth and 160 for a "
+                      "particle, where they are in the memory of the process (all but a GPU's); a "
+                      "tenant may have no more than it leaves free");
   AddNumber<uint64_t>(app, "--max-model-bytes", sessions.max_model_bytes, 1u << 20, UINT64_MAX / 2,
                       "models of cloths of all sessions, equal ones of a tenant counted once; a "
                       "tenant, or a session without one, may have half");
@@ -256,6 +260,7 @@ void FitToMemory(Config& config, uint64_t memory_bytes) {
   const auto fit = [memory_bytes](uint64_t& limit_bytes, uint64_t part) {
     limit_bytes = std::min(limit_bytes, std::max(memory_bytes / part, kLeastLimit_bytes));
   };
+  fit(config.sessions.max_state_bytes, 6);
   fit(config.sessions.max_model_bytes, 4);
   fit(config.sessions.max_saved_bytes, 8);
   fit(config.sessions.max_mesh_collider_bytes, 8);

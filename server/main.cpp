@@ -60,9 +60,9 @@ Status Serve(Config config, const std::vector<std::string>& arguments) {
   SetRates(config, authentication->get(), (*scheduler)->rates(), build_quota->rates);
   render::RenderThread pictures([&] { return MakeRenderer(config, gl_context); }, config.pictures);
   const PatientClock lease_clock(clock);
-  SessionRegistry sessions(**scheduler, WithTenantLimits(config.sessions), lease_clock,
-                           config.server_id.empty() ? incarnation : config.server_id,
-                           !config.server_id.empty());
+  SessionRegistry sessions(
+      **scheduler, WithTenantLimits(config.sessions, (*scheduler)->description()), lease_clock,
+      config.server_id.empty() ? incarnation : config.server_id, !config.server_id.empty());
   api::WorkerPool builders(config.builder_threads, config.max_queued_builds);
   const auto unread = api::MakeUnreadBudget(config.requests);
   api::ServiceContext parts{**scheduler,     sessions,      builders,    pictures, clock,

@@ -31,7 +31,7 @@ std::string WithPort(const std::string& listen, int port);
 Result<api::ServerOptions> ToServerOptions(const Config& config);
 
 // Limits of a tenant that are not given follow from others.
-SessionLimits WithTenantLimits(SessionLimits limits);
+SessionLimits WithTenantLimits(SessionLimits limits, const BackendDescription& backend);
 
 // Null without a token file.
 Result<std::shared_ptr<api::Authentication>> ReadTokens(const Config& config);

@@ -49,7 +49,7 @@ struct SessionCommons {
       "TOO_MANY_SAVED_STATES",
       ByteBudget::Limit{"max_saved_bytes_per_owner", limits.max_saved_bytes / 4},
       ByteBudget::Limit{"max_saved_bytes", limits.max_saved_bytes}, 0);
-  TenantQuota tenants{limits.per_tenant};
+  TenantQuota tenants{limits.per_tenant, limits.max_state_bytes};
   std::atomic<uint64_t> worlds{0};  // made so far
   ModelCache models{limits.max_model_bytes};
   const std::shared_ptr<MapPool> map_pool =

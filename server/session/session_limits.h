@@ -13,7 +13,10 @@ struct SessionLimits {
   uint32_t max_sessions = 1024;
   TenantLimits per_tenant;
   uint32_t max_cloths_per_session = 65536;
-  uint64_t max_particles_per_session = uint64_t{1} << 26;  // 67 million: about 5 GB of states
+  uint64_t max_particles_per_session = uint64_t{1} << 26;  // 67 million
+  // States of the cloths of all sessions, as StateBytes counts them; 0: they are not in the memory
+  // of the process, and the device says when it is full.
+  uint64_t max_state_bytes = uint64_t{16} << 30;
   // Distance maps of colliders and their meshes, equal ones once: about 16 of the largest.
   uint64_t max_mesh_collider_bytes_per_session = uint64_t{256} << 20;
   // Of all sessions, equal ones of an owner once; a session, or a tenant, may have half.

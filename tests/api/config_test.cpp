@@ -147,6 +147,7 @@ TEST(FitToMemory, LimitsTogetherAreLessThanTheMemory) {
     Config config;
     FitToMemory(config, gibibytes << 30);
     EXPECT_LE(sum_of(config), (gibibytes << 30) / 32 * 25) << gibibytes;
+    EXPECT_LE(config.sessions.max_state_bytes, (gibibytes << 30) / 32 * 6) << gibibytes;
     EXPECT_LE(config.sessions.max_mesh_collider_bytes_per_session,
               config.sessions.max_mesh_collider_bytes);
     EXPECT_LE(config.requests.max_unread_bytes_per_session, config.requests.max_unread_bytes);

@@ -21,7 +21,33 @@ TEST(TenantQuota, ALimitIsNamedAndNothingIsTakenBeyondIt) {
   EXPECT_TRUE(quota.Take("a", {2, 10, 100}).ok());
 }
 
-TEST(TenantQuota, WithoutTenantsThereIsNoLimit) {
+// 1 million particles take 160 MB, and a hundred cloths 0.8 MB.
+TEST(TenantQuota, StatesOfAllTenantsHaveALimitThatNoneTakesAlone) {
+  const TenantQuota::Amount part{0, 100, 1'000'000};
+  TenantQuota quota({}, 10 * StateBytes(part));
+  int of_alice = 0;
+  while (quota.Take("alice", part).ok()) ++of_alice;
+  EXPECT_EQ(of_alice, 5) << "what she has is what she leaves free";
+  EXPECT_EQ(quota.Take("alice", part).reason(), "QUOTA_EXCEEDED");
+  EXPECT_TRUE(quota.Take("bob", {0, 300, 3'000'000}).ok()) << "the first may be more than that";
+  EXPECT_TRUE(quota.Take("carol", part).ok());
+  EXPECT_TRUE(quota.Take("dora", part).ok());
+  const Status full = quota.Take("ella", part);
+  EXPECT_EQ(full.reason(), "QUOTA_EXCEEDED");
+  EXPECT_NE(full.message().find("max_state_bytes is"), std::string::npos);
+  quota.GiveBack("bob", {0, 300, 3'000'000});
+  EXPECT_TRUE(quota.Take("ella", part).ok());
+}
+
+TEST(TenantQuota, WithoutTenantsStatesHaveTheWholeLimit) {
+  const TenantQuota::Amount part{0, 1, 1'000};
+  TenantQuota quota({}, 10 * StateBytes(part));
+  int taken = 0;
+  while (quota.Take("", part).ok()) ++taken;
+  EXPECT_EQ(taken, 10);
+}
+
+TEST(TenantQuota, WithoutTenantsThereIsNoOtherLimit) {
   TenantQuota quota({.max_sessions = 1, .max_cloths = 1, .max_particles = 1});
   for (int k = 0; k < 3; ++k) EXPECT_TRUE(quota.Take("", {1, 5, 5}).ok());
 }
