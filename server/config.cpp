@@ -231,6 +231,10 @@ void AddLimits(CLI::App& app, Config& config) {
             kMaxCount, "in all its cloths, and in all pictures being drawn");
   AddNumber(app, "--checkpoint-interval-s", config.checkpoints.interval_s, 0.1, 86400.0,
             "with --checkpoint-dir: time between two checkpoints of a session that changes");
+  AddNumber<uint64_t>(app, "--max-expired-bytes-per-tenant",
+                      config.checkpoints.max_expired_bytes_per_tenant, 0, UINT64_MAX / 2,
+                      "with --checkpoint-dir: files of sessions whose lease has run out, of all of "
+                      "a tenant or all without one; the newest stay");
   AddNumber(app, "--drain-grace-ms", config.drain_grace_ms, 0u, kMaxTime_ms,
             "time to finish accepted work when the server is told to stop");
   AddNumber(app, "--reap-interval-ms", config.reap_interval_ms, 1u, kMaxTime_ms,

@@ -1,5 +1,6 @@
 // draped: flags -> wire -> serve -> drain. Only this file and backend_choice name concrete backends
 // and renderers.
+#include <memory>
 #include <optional>
 #include <vector>
 
@@ -17,7 +18,6 @@
 #include "server/core/heap.h"
 #include "server/core/log.h"
 #include "server/core/patient_clock.h"
-#include "server/core/stop_guard.h"
 #include "server/operations/operations_server.h"
 #include "server/restart.h"
 #include "server/session/reaper.h"
@@ -31,10 +31,6 @@ using std::chrono::milliseconds;
 
 // Time for streams to end after all steps are done.
 constexpr milliseconds kGoodbye{1'000};
-// Time after the grace of a drain until the process counts as hanging.
-constexpr milliseconds kStopPatience{5'000};
-// The same for the last checkpoint of each session.
-constexpr milliseconds kWritePatience{60'000};
 
 Status Serve(Config config, const std::vector<std::string>& arguments) {
   const FormerRun former = TakeFormerRun();
@@ -47,7 +43,8 @@ Status Serve(Config config, const std::vector<std::string>& arguments) {
   if (!options.ok()) return options.status();
   const Result<std::shared_ptr<api::Authentication>> authentication = ReadTokens(config);
   if (!authentication.ok()) return authentication.status();
-  std::optional<StopGuard> guard;  // outlives everything that may hang while it ends
+  CancelToken hurry;                 // ends the grace of the drain
+  std::unique_ptr<StopGuard> guard;  // outlives everything that may hang while it ends
   const SteadyClock clock;
   const std::string incarnation = RandomHex();
   if (former.had_gpu) DRAPE_RETURN_IF_ERROR(AwaitGpu(config));
@@ -109,10 +106,7 @@ Status Serve(Config config, const std::vector<std::string>& arguments) {
       return FormerRun{{}, backend.is_hardware_gpu, (*server)->port(), NamesOf(sessions)};
     });
     const int signal = WaitForStop(config, **scheduler, build_quota->rates, authentication->get());
-    guard.emplace(StopSignals(),
-                  milliseconds(config.drain_grace_ms) + kStopPatience +
-                      (checkpoints.is_on() ? kWritePatience : milliseconds(0)),
-                  signal == SIGUSR2 ? 1 : 0);  // a supervisor's, after the operator's request
+    guard = GuardDrain(config, signal, hurry);
     spdlog::info("draining signal={} grace_ms={}", signal, config.drain_grace_ms);
     handling.Replace({});  // the end is near, and its own answer to a loss
     (*server)->SetServing(false);
@@ -122,7 +116,7 @@ Status Serve(Config config, const std::vector<std::string>& arguments) {
   checkpoints.Stop();
   const int64_t grace_us = status.ok() ? int64_t{config.drain_grace_ms} * 1000 : 0;
   const auto on_written = [&] { guard ? guard->Extend(kWritePatience) : void(); };
-  (*scheduler)->Drain(grace_us, checkpoints.LastCommand(on_written));
+  (*scheduler)->Drain(grace_us, checkpoints.LastCommand(on_written), hurry);
   if (server.ok()) (*server)->Shutdown(kGoodbye);
   if (admin_server.ok() && *admin_server) (*admin_server)->Shutdown(kGoodbye);
   return status;

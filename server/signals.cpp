@@ -11,6 +11,8 @@ namespace drape {
 namespace {
 
 constexpr time_t kStatisticsPeriod_s = 10;
+// Time after the grace of a drain until the process counts as hanging.
+constexpr std::chrono::milliseconds kStopPatience{5'000};
 
 // A file that cannot be used leaves the tokens as they are.
 void ReloadTokens(const Config& config, Scheduler& scheduler, RateQuota& builder_rates,
@@ -72,6 +74,18 @@ int WaitForStop(const Config& config, Scheduler& scheduler, RateQuota& builder_r
     if (signal == SIGHUP) ReloadTokens(config, scheduler, builder_rates, authentication);
     LogStatistics(signal == SIGUSR1 ? spdlog::level::info : spdlog::level::debug, scheduler);
   }
+}
+
+std::unique_ptr<StopGuard> GuardDrain(const Config& config, int signal, CancelToken hurry) {
+  std::chrono::milliseconds patience(config.drain_grace_ms);
+  patience += kStopPatience;
+  std::function<void()> be_quick;
+  if (!config.checkpoints.folder.empty()) {
+    patience += kWritePatience;
+    be_quick = [hurry]() mutable { hurry.Cancel(); };
+  }
+  const int signals_left_out = signal == SIGUSR2 ? 1 : 0;  // a supervisor's, after the operator's
+  return std::make_unique<StopGuard>(StopSignals(), patience, signals_left_out, be_quick);
 }
 
 }  // namespace drape

@@ -1,10 +1,13 @@
 // The signals that draped takes: by sigtimedwait alone, in main.
 #pragma once
 
+#include <chrono>
 #include <csignal>
+#include <memory>
 
 #include "server/api/authentication.h"
 #include "server/config.h"
+#include "server/core/stop_guard.h"
 #include "server/scheduler/scheduler.h"
 
 namespace drape {
@@ -23,5 +26,12 @@ void TakeSignals();
 // without tokens.
 int WaitForStop(const Config& config, Scheduler& scheduler, RateQuota& builder_rates,
                 api::Authentication* authentication);
+
+// Time for the last checkpoint of each session until the process counts as hanging.
+constexpr std::chrono::milliseconds kWritePatience{60'000};
+
+// Of a drain that this signal has begun. With checkpoints `hurry` is used when a signal to stop
+// comes again, and only the next one ends the process: what is not yet written would be lost.
+std::unique_ptr<StopGuard> GuardDrain(const Config& config, int signal, CancelToken hurry);
 
 }  // namespace drape

@@ -10,12 +10,10 @@
 #include <utility>
 
 #include "server/api/checkpoint_file.h"
-#include "server/api/sha256.h"
 #include "server/api/snapshot_reading.h"
 #include "server/api/snapshot_writing.h"
 #include "server/core/clock.h"
 #include "server/core/memory_reserve.h"
-#include "server/core/text.h"
 #include "server/core/trace.h"
 #include "server/session/sliced_command.h"
 
@@ -23,19 +21,6 @@ namespace drape {
 namespace {
 
 namespace fs = std::filesystem;
-
-constexpr size_t kMaxExpiredFiles = 64;  // of a tenant
-constexpr size_t kHashDigits = 32, kTenantDigits = 8;
-
-// The name of a session is a secret: files are called by a hash of it.
-std::string FileStem(const std::string& session_name) {
-  return HexOf(api::Sha256Of(session_name)).substr(0, kHashDigits);
-}
-
-// Of the files that the tenant's expired sessions leave.
-std::string ExpiredPrefix(const std::string& tenant) {
-  return HexOf(api::Sha256Of(tenant)).substr(0, kTenantDigits) + "-";
-}
 
 FormerSession DescriptionOf(const Session& session) {
   return {session.name(), session.display_name(), session.ttl_s(), session.tenant(),
@@ -66,18 +51,6 @@ std::vector<fs::path> FilesIn(const fs::path& folder, const std::string& extensi
   return files;
 }
 
-// The newest kMaxExpiredFiles stay, and all of other tenants.
-void Prune(const fs::path& folder, const std::string& prefix) {
-  std::vector<fs::path> files = FilesIn(folder, ".snapshot");
-  std::erase_if(
-      files, [&](const fs::path& file) { return !file.filename().string().starts_with(prefix); });
-  if (files.size() <= kMaxExpiredFiles) return;
-  std::error_code ignored;
-  std::ranges::sort(files, std::greater(),
-                    [&](const fs::path& file) { return fs::last_write_time(file, ignored); });
-  for (size_t k = kMaxExpiredFiles; k < files.size(); ++k) fs::remove(files[k], ignored);
-}
-
 }  // namespace
 
 double PauseAfterRound_s(double interval_s, double round_s) {
@@ -95,6 +68,8 @@ CheckpointKeeper::CheckpointKeeper(CheckpointOptions options, SessionRegistry& s
       incarnation_(std::move(incarnation)),
       budget_(std::make_shared<ByteBudget>("UNUSED", ByteBudget::Limit{"unlimited", UINT64_MAX / 2},
                                            ByteBudget::Limit{"unlimited", UINT64_MAX / 2}, 0)),
+      expired_(fs::path(options_.folder) / "expired", options_.max_expired_bytes_per_tenant,
+               WriteDurably),
       complete_until_us_(SteadyClock().NowUs()) {}
 
 CheckpointKeeper::~CheckpointKeeper() {
@@ -102,19 +77,16 @@ CheckpointKeeper::~CheckpointKeeper() {
 }
 
 fs::path CheckpointKeeper::PathOf(const std::string& session_name) const {
-  return fs::path(options_.folder) / (FileStem(session_name) + ".checkpoint");
+  return fs::path(options_.folder) / (FileStemOf(session_name) + ".checkpoint");
 }
 
 Status CheckpointKeeper::Start() {
   if (!is_on()) return Status::Ok();
-  std::error_code error;
-  fs::create_directories(fs::path(options_.folder) / "expired", error);
-  if (error) {
-    return {StatusCode::kFailedPrecondition, "FILE_FAILED",
-            "cannot make the folder " + options_.folder + ": " + error.message()};
-  }
+  DRAPE_RETURN_IF_ERROR(expired_.Open());
   DRAPE_RETURN_IF_ERROR(folder_lock_.Take(options_.folder));
-  fs::permissions(options_.folder, fs::perms::owner_all, error);
+  std::error_code ignored;
+  fs::permissions(options_.folder, fs::perms::owner_all, ignored);
+  RemoveDrafts(options_.folder);
   CountStart();
   for (const fs::path& file : FilesIn(options_.folder, ".checkpoint")) Recover(file);
   sessions_.SetBeforeExpiry([this](const SessionPointer& session) { WriteExpired(session); });
@@ -292,28 +264,36 @@ void CheckpointKeeper::ForgetEnded(const std::vector<SessionPointer>& live) {
   });
 }
 
+Status CheckpointKeeper::KeepExpired(const Session& session, const SavedStates& saved) {
+  if (saved.cloths.empty()) return Status::Ok();
+  const auto bytes =
+      WithinMemory([&] { return api::WriteSnapshot(saved, scheduler_.description(), version_); });
+  if (!bytes.ok()) return bytes.status();
+  Result<fs::path> path = expired_.Keep(session.tenant(), session.name(), *bytes);
+  if (!path.ok() && path.status().reason() == "DISK_FULL") {
+    // The room that it takes itself is the last that it may have.
+    std::error_code ignored;
+    fs::remove(PathOf(session.name()), ignored);
+    path = expired_.Keep(session.tenant(), session.name(), *bytes);
+  }
+  if (!path.ok()) return path.status();
+  spdlog::info("session_kept name={} file={}", ShortSessionName(session.name()), path->string());
+  return Status::Ok();
+}
+
 void CheckpointKeeper::WriteExpired(const SessionPointer& session) {
   const std::lock_guard lock(round_mutex_);
   const Result<SavedStates> saved = Capture(*session);
-  Status status = saved.status();
-  const fs::path folder = fs::path(options_.folder) / "expired";
-  const std::string prefix = ExpiredPrefix(session->tenant());
-  const fs::path path = folder / (prefix + FileStem(session->name()) + ".snapshot");
-  if (saved.ok() && !saved->cloths.empty()) {
-    const auto bytes = WithinMemory(
-        [&] { return api::WriteSnapshot(*saved, scheduler_.description(), version_); });
-    status = bytes.ok() ? WriteDurably(path, *bytes) : bytes.status();
-    if (status.ok()) {
-      spdlog::info("session_kept name={} file={}", ShortSessionName(session->name()),
-                   path.string());
-      Prune(folder, prefix);
-    }
-  }
-  if (!status.ok()) WarnOfFailure(*session, status);
-  std::error_code ignored;
-  if (status.ok()) fs::remove(PathOf(session->name()), ignored);
-  // Where nothing could be kept aside, the checkpoint stays, and a next start brings it back.
+  const Status status = saved.ok() ? KeepExpired(*session, *saved) : saved.status();
   digests_.erase(session->name());
+  // The server ends, and has written it with all others, or will.
+  if (status.reason() == "DRAINING") return;
+  if (!status.ok()) {
+    spdlog::error("expired_session_lost name={} status=\"{}\"", ShortSessionName(session->name()),
+                  status.ToString());
+  }
+  std::error_code ignored;
+  fs::remove(PathOf(session->name()), ignored);
 }
 
 DeviceCommand CheckpointKeeper::LastCommand(std::function<void()> on_written) {

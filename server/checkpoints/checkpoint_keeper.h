@@ -14,6 +14,7 @@
 
 #include "server/api/limits.h"
 #include "server/checkpoints/durable_file.h"
+#include "server/checkpoints/expired_files.h"
 #include "server/core/byte_budget.h"
 #include "server/core/status.h"
 #include "server/scheduler/scheduler.h"
@@ -24,6 +25,7 @@ namespace drape {
 struct CheckpointOptions {
   std::string folder;  // empty: nothing is written
   double interval_s = 60;
+  uint64_t max_expired_bytes_per_tenant = uint64_t{1} << 30;  // see ExpiredFiles
 };
 
 // Time from the end of a round to the next one. A crash loses what came after the moment that the
@@ -75,7 +77,11 @@ class CheckpointKeeper {
   Result<SavedStates> Capture(const Session& session);
   // Logs errors, too.
   Status Write(const Session& session, const SavedStates& saved);
+  // The checkpoint of the session goes, whatever becomes of its cloths: it has ended, and must
+  // neither take room from others nor come back.
   void WriteExpired(const SessionPointer& session);
+  // Ok without cloths, too.
+  Status KeepExpired(const Session& session, const SavedStates& saved);
   // Removes the files of those that it has written or recovered, and no others.
   void ForgetEnded(const std::vector<SessionPointer>& live);
   std::filesystem::path PathOf(const std::string& session_name) const;
@@ -87,6 +93,7 @@ class CheckpointKeeper {
   const std::string version_;
   const std::string incarnation_;
   const std::shared_ptr<ByteBudget> budget_;  // without limits
+  const ExpiredFiles expired_;
   FolderLock folder_lock_;
   uint32_t start_ = 0;  // of the servers of the folder, from 1
 

@@ -6,16 +6,18 @@
 
 #include <cerrno>
 #include <cstring>
-#include <fstream>
-#include <sstream>
+#include <vector>
 
 namespace drape {
 namespace {
 
 constexpr mode_t kOwnerOnly = 0600;
+constexpr char kDraft[] = ".draft";
+constexpr size_t kReadBytes = 1 << 20;
 
 Status Failed(const std::string& what, const std::filesystem::path& path) {
-  return {StatusCode::kFailedPrecondition, "FILE_FAILED",
+  const bool is_full = errno == ENOSPC || errno == EDQUOT;
+  return {StatusCode::kFailedPrecondition, is_full ? "DISK_FULL" : "FILE_FAILED",
           "cannot " + what + " " + path.string() + ": " + std::strerror(errno)};
 }
 
@@ -40,6 +42,16 @@ class OpenFile {
     return true;
   }
   bool Sync() const { return fsync(descriptor_) == 0; }
+  // To the end.
+  bool Read(std::string& bytes) const {
+    std::vector<char> part(kReadBytes);
+    while (true) {
+      const ssize_t count = read(descriptor_, part.data(), part.size());
+      if (count < 0 && errno == EINTR) continue;
+      if (count <= 0) return count == 0;
+      bytes.append(part.data(), static_cast<size_t>(count));
+    }
+  }
 
  private:
   const int descriptor_;
@@ -54,7 +66,7 @@ Status WriteDraft(const std::filesystem::path& draft, std::string_view bytes) {
 }  // namespace
 
 Status WriteDurably(const std::filesystem::path& path, std::string_view bytes) {
-  const std::filesystem::path draft = path.string() + ".draft";
+  const std::filesystem::path draft = path.string() + kDraft;
   Status status = WriteDraft(draft, bytes);
   if (status.ok() && rename(draft.c_str(), path.c_str()) != 0) status = Failed("rename", draft);
   if (!status.ok()) {
@@ -67,11 +79,19 @@ Status WriteDurably(const std::filesystem::path& path, std::string_view bytes) {
 }
 
 Result<std::string> ReadWhole(const std::filesystem::path& path) {
-  std::ifstream file(path, std::ios::binary);
-  std::ostringstream bytes;
-  bytes << file.rdbuf();
-  if (!file || !bytes) return Failed("read", path);
-  return std::move(bytes).str();
+  const OpenFile file(path, O_RDONLY);
+  std::string bytes;
+  if (!file.is_open() || !file.Read(bytes)) return Failed("read", path);
+  return bytes;
+}
+
+void RemoveDrafts(const std::filesystem::path& folder) {
+  std::error_code ignored;
+  std::vector<std::filesystem::path> drafts;
+  for (const auto& entry : std::filesystem::directory_iterator(folder, ignored)) {
+    if (entry.path().extension() == kDraft) drafts.push_back(entry.path());
+  }
+  for (const auto& draft : drafts) std::filesystem::remove(draft, ignored);
 }
 
 FolderLock::~FolderLock() {

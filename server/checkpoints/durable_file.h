@@ -10,11 +10,14 @@
 namespace drape {
 
 // Writes beside `path`, to the disk, then takes its place there; only the owner may read it. After
-// an error (FILE_FAILED) an older file is as it was. Blocks.
+// an error (DISK_FULL, FILE_FAILED) an older file is as it was. Blocks.
 Status WriteDurably(const std::filesystem::path& path, std::string_view bytes);
 
 // FILE_FAILED.
 Result<std::string> ReadWhole(const std::filesystem::path& path);
+
+// What a process that was killed has left of files that it wrote to the folder.
+void RemoveDrafts(const std::filesystem::path& folder);
 
 // A lock that ends with the process, however that ends.
 class FolderLock {

@@ -11,12 +11,15 @@
 namespace drape {
 
 // Monotonic like `clock`, but a time in which this process was stopped (SIGSTOP, a paused virtual
-// machine, a swapped-out container) counts for at most kMostGap_us: leases must not run out while
-// nobody could renew them. A thread looks at the clock every kBeat_us. Thread-safe.
+// machine, a swapped-out container) does not count: leases must not run out while nobody could
+// renew them. A thread looks at the clock every kBeat_us. Where nobody has for more than kMostGap_us
+// the process stood still, and only a beat counts, which may have passed before. So a stop takes
+// kMostGap_us from a lease at most; threads that are late make time slower, which does no harm.
+// Thread-safe.
 class PatientClock final : public Clock {
  public:
-  static constexpr int64_t kBeat_us = 200'000;
-  static constexpr int64_t kMostGap_us = 1'000'000;
+  static constexpr int64_t kBeat_us = 50'000;
+  static constexpr int64_t kMostGap_us = 200'000;
 
   // `clock` outlives this.
   explicit PatientClock(const Clock& clock) : clock_(clock), last_us_(clock.NowUs()) {
@@ -41,7 +44,7 @@ class PatientClock final : public Clock {
   int64_t Look() const {
     const int64_t now_us = clock_.NowUs();
     const int64_t gap_us = now_us - last_us_;
-    if (gap_us > kMostGap_us) left_out_us_ += gap_us - kMostGap_us;
+    if (gap_us > kMostGap_us) left_out_us_ += gap_us - kBeat_us;
     last_us_ = now_us;
     return now_us - left_out_us_;
   }

@@ -5,16 +5,22 @@
 
 #include <atomic>
 #include <chrono>
+#include <functional>
 #include <thread>
 
 namespace drape {
 
-// Ends the process with status 1 and a line in the log when `patience` is over or when one of
-// `signals` arrives after the first `signals_left_out` of them, whichever is first. The signals
-// must be blocked in every thread.
+// Ends the process with status 1 and a line in the log when `patience` is over or when it is told
+// again to stop, by one of `signals` after the first `signals_left_out` of them, whichever is
+// first. With `hurry` it is told twice: the first time `hurry` is called, from a thread of the
+// guard. A signal within kRepetition of the last one that counted is that one again: process
+// groups, `timeout` and supervisors send two. The signals must be blocked in every thread.
 class StopGuard {
  public:
-  StopGuard(const sigset_t& signals, std::chrono::milliseconds patience, int signals_left_out = 0);
+  static constexpr std::chrono::milliseconds kRepetition{1'000};
+
+  StopGuard(const sigset_t& signals, std::chrono::milliseconds patience, int signals_left_out = 0,
+            std::function<void()> hurry = {});
   // Work goes on: `patience` from now on, if that is later. Thread-safe.
   void Extend(std::chrono::milliseconds patience);
   // The server has stopped in time.
@@ -23,11 +29,16 @@ class StopGuard {
   StopGuard& operator=(const StopGuard&) = delete;
 
  private:
-  void Watch() const;
+  void Watch();
+  void Take(int signal);
 
   const sigset_t signals_;
   std::atomic<std::chrono::steady_clock::time_point> deadline_;
-  const int signals_left_out_;
+  // The thread's own.
+  int signals_left_out_;
+  std::function<void()> hurry_;  // none any more: it was called
+  std::chrono::steady_clock::time_point told_at_;
+
   std::atomic<bool> is_done_ = false;
   std::thread thread_;
 };

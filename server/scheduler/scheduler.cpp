@@ -150,8 +150,8 @@ Result<std::shared_ptr<void>> Scheduler::TakeSubscription(const std::string& ses
   return core_->observer_permits().Take(session, tenant);
 }
 
-void Scheduler::Drain(int64_t grace_us, DeviceCommand last) {
-  core_->Drain(grace_us, std::move(last));
+void Scheduler::Drain(int64_t grace_us, DeviceCommand last, const CancelToken& hurry) {
+  core_->Drain(grace_us, std::move(last), hurry);
 }
 
 bool Scheduler::is_draining() const {

@@ -152,7 +152,8 @@ class Scheduler {
   // with UNAVAILABLE (DRAINING), destroys the backend on the device thread, and waits until the
   // last completion has run. Not on the device or the completion thread. A second call does
   // nothing. `last` is run before the backend is destroyed, when nothing is under way any longer.
-  void Drain(int64_t grace_us, DeviceCommand last = {});
+  // `hurry`: used at any time, also before, it ends the grace within DeviceLoop::kLook_us.
+  void Drain(int64_t grace_us, DeviceCommand last = {}, const CancelToken& hurry = {});
   bool is_draining() const;
 
   SchedulerCounters counters() const;

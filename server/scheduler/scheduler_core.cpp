@@ -294,7 +294,7 @@ bool Scheduler::Core::MayAnswersWait(const DeviceLoop& loop, bool is_busy) const
 bool Scheduler::Core::IsAtTheEnd(bool has_requests) const {
   if (!is_draining_ || !commands_.empty()) return false;
   const bool is_idle = !has_requests && submissions_.empty();
-  return is_idle || clock_.NowUs() >= drain_deadline_us_;
+  return is_idle || hurry_.is_cancelled() || clock_.NowUs() >= drain_deadline_us_;
 }
 
 void Scheduler::Core::Notify() {
@@ -372,7 +372,7 @@ Scheduler::Core::Inbox Scheduler::Core::TakeInbox(const Load& load) {
   return inbox;
 }
 
-void Scheduler::Core::Drain(int64_t grace_us, DeviceCommand last) {
+void Scheduler::Core::Drain(int64_t grace_us, DeviceCommand last, const CancelToken& hurry) {
   DRAPE_CHECK(!IsOnOwnThread(), "a thread cannot wait for itself");
   const std::lock_guard drain_lock(drain_mutex_);
   if (!device_thread_.joinable()) return;
@@ -382,6 +382,7 @@ void Scheduler::Core::Drain(int64_t grace_us, DeviceCommand last) {
     is_held_ = false;
     drain_deadline_us_ = clock_.NowUs() + grace_us;
     last_command_ = std::move(last);
+    hurry_ = hurry;
     Notify();
   }
   device_thread_.join();

@@ -37,7 +37,7 @@ class Scheduler::Core {
   bool PostFirst(const std::string& owner, DeviceCommand command);
   void Continue(const std::string& owner, DeviceCommand command);
   Status Submit(StepWork work);
-  void Drain(int64_t grace_us, DeviceCommand last);
+  void Drain(int64_t grace_us, DeviceCommand last, const CancelToken& hurry);
   void Hold();
   void Release();
   // Makes the device thread serve its subscriptions.
@@ -143,6 +143,7 @@ class Scheduler::Core {
   bool is_parked_ = false;  // the device thread waits
   bool is_draining_ = false;
   int64_t drain_deadline_us_ = 0;
+  CancelToken hurry_;  // the deadline is now
   DeviceCommand last_command_;
   bool is_stopped_ = false;  // the device thread takes nothing more
 

@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <fstream>
 #include <future>
 #include <memory>
 #include <set>
@@ -42,8 +43,25 @@ class CheckpointKeeperTest : public SessionFixture {
 
   // That never writes by itself.
   std::unique_ptr<CheckpointKeeper> Keeper(SessionRegistry& registry) {
-    return std::make_unique<CheckpointKeeper>(CheckpointOptions{folder_.string(), 1e6}, registry,
-                                              *scheduler_, api::RequestLimits{}, "1", "run");
+    return std::make_unique<CheckpointKeeper>(
+        CheckpointOptions{folder_.string(), 1e6, max_expired_bytes_}, registry, *scheduler_,
+        api::RequestLimits{}, "1", "run");
+  }
+  // Sessions of a chain of 2 particles, each with a checkpoint before.
+  void Expire(const std::string& tenant, int sessions) {
+    for (int k = 0; k < sessions; ++k) {
+      const SessionLease session = registry_->Create(kMinTtl_s, "", tenant).value();
+      ASSERT_TRUE(Create(*session, Chains(1, 2)).ok());
+    }
+    ASSERT_TRUE(keeper_->WriteRound().ok());
+    clock_.AdvanceUs(static_cast<int64_t>((kMinTtl_s + 1) * 1e6));
+    registry_->ReapExpired();
+  }
+  size_t FilesIn(const std::filesystem::path& folder, const std::string& extension) {
+    const std::filesystem::directory_iterator files(folder);
+    return static_cast<size_t>(std::count_if(begin(files), end(files), [&](const auto& entry) {
+      return entry.path().extension() == extension;
+    }));
   }
 
   // A checkpoint that is asked for now, on the device thread, before this returns.
@@ -72,6 +90,7 @@ class CheckpointKeeperTest : public SessionFixture {
 
   ClothList cloths_;
   std::filesystem::path folder_;
+  uint64_t max_expired_bytes_ = uint64_t{1} << 30;
   std::unique_ptr<CheckpointKeeper> keeper_;
   std::future<Status> written_;
   std::string name_;
@@ -121,22 +140,38 @@ TEST_F(CheckpointKeeperTest, ComesBeforeTheCommandsThatWait) {
 }
 
 TEST_F(CheckpointKeeperTest, KeepsTheExpiredSessionsOfEachTenant) {
-  const auto expire = [this](const std::string& tenant, int sessions) {
-    for (int k = 0; k < sessions; ++k) {
-      const SessionLease session = registry_->Create(kMinTtl_s, "", tenant).value();
-      ASSERT_TRUE(Create(*session, Chains(1, 2)).ok());
-    }
-    clock_.AdvanceUs(static_cast<int64_t>((kMinTtl_s + 1) * 1e6));
-    registry_->ReapExpired();
-  };
-  const auto kept = [this] {
-    const std::filesystem::directory_iterator files(folder_ / "expired");
-    return std::distance(begin(files), end(files));
-  };
-  expire("bob", 1);
-  EXPECT_EQ(kept(), 1);
-  expire("alice", 70);
-  EXPECT_EQ(kept(), 1 + 64) << "the newest of Alice, and Bob's";
+  const auto kept = [this] { return FilesIn(folder_ / "expired", ".snapshot"); };
+  Expire("bob", 1);
+  EXPECT_EQ(kept(), 1u);
+  Expire("alice", 70);
+  EXPECT_EQ(kept(), 1u + 64) << "the newest of Alice, and Bob's";
+  EXPECT_EQ(FilesIn(folder_, ".checkpoint"), 1u) << "of the session that lives";
+}
+
+// It must not fill the disk, nor come back with a whole lease.
+TEST_F(CheckpointKeeperTest, AnExpiredSessionThatCannotBeKeptLeavesNoCheckpoint) {
+  std::filesystem::remove_all(folder_ / "expired");
+  std::ofstream(folder_ / "expired") << "no folder";
+  Expire("alice", 3);
+  EXPECT_EQ(FilesIn(folder_, ".checkpoint"), 1u);
+  std::filesystem::remove(folder_ / "expired");
+  keeper_ = nullptr;
+  SessionRegistry registry(*scheduler_, {}, clock_, "server8");
+  keeper_ = Keeper(registry);
+  EXPECT_TRUE(keeper_->Start().ok());
+  EXPECT_EQ(registry.All().size(), 1u);
+  keeper_ = nullptr;
+}
+
+TEST_F(CheckpointKeeperTest, AnExpiredSessionLargerThanItsTenantMayHaveIsNotKept) {
+  keeper_ = nullptr;
+  std::filesystem::remove_all(folder_);
+  max_expired_bytes_ = 100;
+  keeper_ = Keeper(*registry_);
+  ASSERT_TRUE(keeper_->Start().ok());
+  Expire("alice", 1);
+  EXPECT_EQ(FilesIn(folder_ / "expired", ".snapshot"), 0u);
+  EXPECT_EQ(FilesIn(folder_, ".checkpoint"), 1u);
 }
 
 // What a crash may lose: from the moment that a round sees to the end of the next one.

@@ -6,6 +6,7 @@
 #include <spdlog/spdlog.h>
 #include <unistd.h>
 
+#include <atomic>
 #include <cstdlib>
 #include <memory>
 #include <thread>
@@ -26,6 +27,9 @@ sigset_t BlockedStopSignals() {
   return signals;
 }
 
+// After which a signal is another one.
+constexpr milliseconds kAgain = StopGuard::kRepetition + milliseconds(100);
+
 void Hang() {
   while (true) std::this_thread::sleep_for(milliseconds(10));
 }
@@ -43,10 +47,56 @@ TEST(StopGuardDeathTest, EndsAProcessThatIsToldTwice) {
   EXPECT_EXIT(
       {
         const StopGuard guard(BlockedStopSignals(), std::chrono::hours(1));
+        std::this_thread::sleep_for(kAgain);
         kill(getpid(), SIGTERM);
         Hang();
       },
       testing::ExitedWithCode(1), "STOPPED_TWICE");
+}
+
+TEST(StopGuardDeathTest, ASignalThatIsSentTwiceIsOne) {
+  EXPECT_EXIT(
+      {
+        const StopGuard guard(BlockedStopSignals(), std::chrono::hours(1));
+        kill(getpid(), SIGTERM);
+        std::this_thread::sleep_for(milliseconds(200));
+        std::_Exit(7);
+      },
+      testing::ExitedWithCode(7), "signal_ignored");
+}
+
+TEST(StopGuardDeathTest, HurriesBeforeItEndsTheProcess) {
+  EXPECT_EXIT(
+      {
+        std::atomic<bool> is_hurried = false;
+        const StopGuard guard(BlockedStopSignals(), std::chrono::hours(1), 0,
+                              [&] { is_hurried = true; });
+        kill(getpid(), SIGTERM);
+        std::this_thread::sleep_for(kAgain);
+        if (is_hurried) std::_Exit(7);
+        kill(getpid(), SIGTERM);
+        std::this_thread::sleep_for(milliseconds(100));
+        kill(getpid(), SIGTERM);  // the same
+        std::this_thread::sleep_for(kAgain);
+        if (!is_hurried) std::_Exit(8);
+        kill(getpid(), SIGTERM);
+        Hang();
+      },
+      testing::ExitedWithCode(1), "draining_at_once(.|\n)*STOPPED_TWICE");
+}
+
+TEST(StopGuardDeathTest, LeavesOutTheFirst) {
+  EXPECT_EXIT(
+      {
+        const StopGuard guard(BlockedStopSignals(), std::chrono::hours(1), 1);
+        std::this_thread::sleep_for(kAgain);
+        kill(getpid(), SIGTERM);
+        std::this_thread::sleep_for(milliseconds(100));
+        kill(getpid(), SIGTERM);  // the same
+        std::this_thread::sleep_for(milliseconds(100));
+        std::_Exit(7);
+      },
+      testing::ExitedWithCode(7), "");
 }
 
 TEST(StopGuardDeathTest, WaitsForWorkThatGoesOn) {

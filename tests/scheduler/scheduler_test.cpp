@@ -164,6 +164,25 @@ TEST_F(SchedulerTest, DrainEndsWhatTakesTooLong) {
   EXPECT_EQ(cloth->progress().completed_steps, 20u);  // 20 ms of 1 ms each
 }
 
+TEST_F(SchedulerTest, AHurryEndsTheGraceOfADrain) {
+  Start();
+  const auto cloth = Cloth();
+  CancelToken hurry;
+  int steps = 0;  // device thread
+  device_->OnStep([&] {
+    if (++steps == 20) hurry.Cancel();
+  });
+  scheduler_->HoldForTest();
+  const auto outcome = Submit("a", {cloth}, 1000000);
+  bool is_last_run = false;
+  scheduler_->Drain(
+      INT64_MAX / 2, [&](Backend&) { is_last_run = true; }, hurry);
+  ASSERT_TRUE(outcome.has_value());
+  EXPECT_EQ(outcome.Get().status.reason(), "DRAINING");
+  EXPECT_EQ(cloth->progress().completed_steps, 20u);
+  EXPECT_TRUE(is_last_run);
+}
+
 TEST_F(SchedulerTest, ReadStatesReadsBetweenTwoRounds) {
   Start();
   const auto a = Cloth(), b = Cloth();

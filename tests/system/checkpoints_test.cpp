@@ -173,6 +173,33 @@ TEST_F(Checkpoints, ADrainLosesNothing) {
             before.value.incarnation());
 }
 
+// Signals come in twos (process groups, `timeout`), or again from an impatient supervisor.
+TEST_F(Checkpoints, SignalsThatComeAgainEndTheGraceAndNotTheWriting) {
+  ServerProcess server({"--backend=cpu", "--checkpoint-dir=" + folder_,
+                        "--checkpoint-interval-s=3600", "--drain-grace-ms=3600000"});
+  ASSERT_TRUE(server.WaitUntilUp());
+  auto stub = server.NewStub();
+  const std::string session = NewSession(*stub);
+  const Ids ids = Create(*stub, HangingSheet(session, 32));
+  grpc::ClientContext context;
+  const auto stream = stub->StepStream(&context);
+  ASSERT_TRUE(stream->Write(StepsOf(session, ids, 1000000)));
+  while (Get(*stub, session, ids[0]).step() == 0) std::this_thread::yield();
+  server.Signal(SIGTERM);
+  ASSERT_TRUE(Wait([&] { return server.Log().find("draining") != std::string::npos; }));
+  server.Signal(SIGTERM);
+  std::this_thread::sleep_for(std::chrono::milliseconds(1200));
+  EXPECT_THAT(server.Log(), HasSubstr("signal_ignored"));
+  EXPECT_THAT(server.Log(), testing::Not(HasSubstr("draining_at_once")));
+  server.Signal(SIGTERM);
+  EXPECT_EQ(server.WaitForExit(), 0) << server.Log();
+  EXPECT_THAT(server.Log(), HasSubstr("checkpoints_written sessions=1"));
+
+  const auto next = StartServer("3600");
+  stub = next->NewStub();
+  EXPECT_GT(Get(*stub, session, ids[0]).step(), 0u);
+}
+
 // Also those that were given after the last checkpoint, whose cloths are lost: two runs that follow
 // one checkpoint give different ones.
 TEST_F(Checkpoints, IdsThatWereLostAreNotGivenAgain) {
@@ -238,6 +265,7 @@ TEST_F(Checkpoints, DamagedFilesAreSetAsideAndTheOthersComeBack) {
   bytes[bytes.size() / 2] ^= 1;
   std::ofstream(files[0], std::ios::binary) << bytes;
   std::ofstream(folder_ + "/junk.checkpoint") << "no checkpoint";
+  std::ofstream(folder_ + "/empty.checkpoint");
 
   server = StartServer();
   stub = server->NewStub();
@@ -250,7 +278,8 @@ TEST_F(Checkpoints, DamagedFilesAreSetAsideAndTheOthersComeBack) {
   EXPECT_EQ(found, 1);
   EXPECT_THAT(server->Log(), HasSubstr("session_lost"));
   EXPECT_THAT(server->Log(), HasSubstr("SNAPSHOT_DAMAGED"));
-  EXPECT_EQ(FilesOf(folder_, ".unreadable").size(), 2u);
+  EXPECT_EQ(FilesOf(folder_, ".unreadable").size(), 3u);
+  EXPECT_THAT(server->Log(), testing::Not(HasSubstr("FILE_FAILED")));
 }
 
 bool IsThere(Stub& stub, const std::string& session) {

@@ -95,10 +95,26 @@ TEST(Lifecycle, ASecondSignalEndsTheServerAtOnce) {
   while (Get(*stub, session, ids[0]).step() == 0) std::this_thread::yield();
   server.Signal(SIGTERM);
   while (server.Log().find("draining") == std::string::npos) std::this_thread::yield();
+  std::this_thread::sleep_for(std::chrono::milliseconds(1200));  // sooner it is the same again
   server.Signal(SIGTERM);
   EXPECT_EQ(server.WaitForExit(), 1);
   EXPECT_THAT(server.Log(), HasSubstr("STOPPED_TWICE"));
   context.TryCancel();
+}
+
+TEST(Lifecycle, AStopTakesNothingFromALease) {
+  ServerProcess server({"--reap-interval-ms=10"});
+  ASSERT_TRUE(server.WaitUntilUp());
+  const auto stub = server.NewStub();
+  const std::string session = NewSession(*stub, 1);
+  for (int k = 0; k < 2; ++k) {
+    server.Signal(SIGSTOP);
+    std::this_thread::sleep_for(std::chrono::milliseconds(1500));
+    server.Signal(SIGCONT);
+    v1::RenewSessionRequest renewal;
+    renewal.set_name(session);
+    EXPECT_EQ(ReasonOf(Call(*stub, &Stub::RenewSession, renewal).status), "");
+  }
 }
 
 TEST(Lifecycle, ASecondServerOnTheSamePortFailsClearly) {
