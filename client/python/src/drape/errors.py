@@ -146,6 +146,7 @@ class ForkedProcess(Error, RuntimeError):
 _CLASSES = {cls.code: cls for cls in (InvalidArgument, NotFound, FailedPrecondition, Aborted, ResourceExhausted,
                                       Unavailable, DeadlineExceeded, Cancelled, Unauthenticated, Unimplemented)}
 _CLASSES["PERMISSION_DENIED"] = Unauthenticated
+_NAMES = {code.value[0]: code.name for code in grpc.StatusCode}
 
 
 def _rebuild(cls, message, reason, fields, quotas, retry_after_s, metadata, code, unanswered_tries, rows):
@@ -167,24 +168,28 @@ def leaves(error, tables):
 
 
 def from_rpc(error: grpc.RpcError) -> Error:
-    """The exception for a failed request, with everything that google.rpc.Status says."""
+    """The exception for a failed request, with everything that google.rpc.Status says.
+
+    Its code counts, not gRPC's: behind some proxies a stream is reset right after its end has come, and gRPC then says
+    CANCELLED, but leaves the rest as the server sent it (docker/exposed/README.md).
+    """
     code = error.code() or grpc.StatusCode.UNKNOWN
-    message, details = error.details() or "", {}
+    message, details = error.details() or "", {"code": code.name}
     for key, value in error.trailing_metadata() or ():
         if key == _DETAILS_KEY:
             message, details = _decode(value, message)
-    cls = _CLASSES.get(code.name, Error)
+    cls = _CLASSES.get(details["code"], Error)
     if cls is NotFound and details.get("reason") in _LOST:
         cls = SessionLost
     if cls is FailedPrecondition and details.get("reason") == "STATE_LOST":
         cls = StateLost
-    return cls(message, code=code.name, **details)
+    return cls(message, **details)
 
 
 def _decode(value, message):
     status = status_pb2.Status()
     status.ParseFromString(value)
-    details = {}
+    details = {"code": _NAMES.get(status.code, "UNKNOWN")}
     for packed in status.details:
         name = packed.TypeName()
         if name == "google.rpc.ErrorInfo":
