@@ -11,6 +11,9 @@ import grpc
 from google.rpc import error_details_pb2, status_pb2
 
 _DETAILS_KEY = "grpc-status-details-bin"
+# What gRPC itself says of a request for which it found no connection, in all of its versions; no attribute tells it.
+_NO_CONNECTION = ("failed to connect to all addresses", "connections to all backends failing", "DNS resolution failed",
+                  "errors resolving ")
 _LOST = ("SESSION_NOT_FOUND", "SESSION_EXPIRED", "SESSION_LOST")
 # Why a step was refused before it began, or not sent; WORLD_INCOMPLETE but for a cloth that joined the world meanwhile.
 _NOT_BEGUN = frozenset((
@@ -31,9 +34,9 @@ class Error(Exception):
 
     code: canonical name, e.g. "INVALID_ARGUMENT". reason: a constant word for programs, e.g. "SESSION_EXPIRED"; ""
     where the transport failed. message: for people. fields: every bad field. quotas: the exhausted ones. retry_after_s:
-    the time to wait before a repetition, None if waiting does not help. unanswered_tries: sendings of the same request
-    before the last one that had no answer: they may have been done. rows: of a rollout that failed, what came before,
-    as `rollout` returns it, with fewer rows; None of all others.
+    the time to wait before a repetition, None if waiting does not help. unanswered_tries: sendings of a request that
+    changes something, before the last one, that had no answer: they may have been done. rows: of a rollout that failed,
+    what came before, as `rollout` returns it, with fewer rows; None of all others.
     """
 
     code = "UNKNOWN"
@@ -110,6 +113,7 @@ class Unavailable(Error, ConnectionError):
     """No answer: no server, or one that shuts down."""
 
     code = "UNAVAILABLE"
+    is_unsent = False  # there was no connection: no server has seen the request
 
 
 class DeadlineExceeded(Error, TimeoutError):
@@ -183,7 +187,10 @@ def from_rpc(error: grpc.RpcError) -> Error:
         cls = SessionLost
     if cls is FailedPrecondition and details.get("reason") == "STATE_LOST":
         cls = StateLost
-    return cls(message, **details)
+    found = cls(message, **details)
+    if cls is Unavailable:
+        found.is_unsent = message.startswith(_NO_CONNECTION) and not found.reason
+    return found
 
 
 def _decode(value, message):
