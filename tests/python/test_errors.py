@@ -2,7 +2,9 @@ import pickle
 import re
 import traceback
 
+import grpc
 import pytest
+from google.rpc import error_details_pb2, status_pb2
 
 import drape
 from conftest import ROOT, sheet
@@ -36,6 +38,31 @@ def test_a_traceback_tells_of_the_error_alone(session):
     text = "".join(traceback.format_exception(caught.value))
     assert "drape.errors.InvalidArgument: INVALID_FIELDS: spec" in text
     assert "InactiveRpcError" not in text and "another exception" not in text
+
+
+class Reset(grpc.RpcError):
+    """A stream that a proxy reset right after its end had come."""
+
+    def __init__(self, trailers):
+        self._trailers = trailers
+
+    def code(self):
+        return grpc.StatusCode.CANCELLED
+
+    def details(self):
+        return "Received RST_STREAM with error code 8"
+
+    def trailing_metadata(self):
+        return self._trailers
+
+
+def test_the_code_of_the_server_counts_when_a_stream_was_reset_behind_it():
+    status = status_pb2.Status(code=grpc.StatusCode.NOT_FOUND.value[0], message="no cloth 7 in this session")
+    status.details.add().Pack(error_details_pb2.ErrorInfo(reason="CLOTH_NOT_FOUND"))
+    error = errors.from_rpc(Reset([("grpc-status-details-bin", status.SerializeToString())]))
+    assert isinstance(error, drape.NotFound) and error.code == "NOT_FOUND"
+    assert str(error) == "CLOTH_NOT_FOUND: no cloth 7 in this session"
+    assert isinstance(errors.from_rpc(Reset([])), drape.Cancelled)
 
 
 def test_every_bad_field_is_named(session):

@@ -144,7 +144,7 @@ def test_steps_that_nobody_would_know_again_are_not_repeated(client, session, cu
         mine = same.attach()
         mine.step()
         cutter.cut_once_after(20)
-        with pytest.raises(drape.Unavailable) as raised:
+        with pytest.raises(drape.Unavailable, match="the step may have been done: read `step_count`; with `until`") as raised:
             mine.step()
         assert raised.value.unanswered_tries == 0
 
@@ -217,9 +217,13 @@ def test_a_request_is_sent_again_within_its_tries(away):
         client._connection.run(iter_of(LOOK))
         assert away.calls == 3
         away.refused = 6
-        with pytest.raises(drape.Unavailable, match="sent 2 times before") as raised:
+        with pytest.raises(drape.Unavailable) as raised:
             client._connection.run(iter_of(LOOK))
-        assert raised.value.unanswered_tries == 2 and away.calls == 6
+        assert str(raised.value) == "UNAVAILABLE: not now" and away.calls == 6, "who looks does not care whether it was done"
+        away.refused = 9
+        with pytest.raises(drape.Unavailable, match="not now; sent 2 times before without an answer: it may have") as raised:
+            client._connection.run(iter_of(Unary("DeleteCloths", drape.v1.DeleteClothsRequest(request_id="a"))))
+        assert raised.value.unanswered_tries == 2 and away.calls == 9
 
 
 def test_nothing_is_sent_again_without_retries(away):
@@ -228,6 +232,33 @@ def test_nothing_is_sent_again_without_retries(away):
         with pytest.raises(drape.Unavailable):
             client._connection.run(iter_of(LOOK))
         assert away.calls == 1
+
+
+def test_what_was_never_sent_is_sent_until_somebody_is_there(restarted):
+    with drape.connect(restarted.address) as client:
+        session = client.session()
+        cloths = session.create(sheet())
+        restarted.drain()
+        starting = threading.Timer(0.5, restarted.start)
+        starting.start()
+        # Refused connections, then a server that has it from its file: nothing is done, nor may it have been.
+        with pytest.raises(drape.StateLost) as raised:
+            cloths.step()
+        starting.join()
+        assert raised.value.unanswered_tries == 0 and "may have been done" not in str(raised.value)
+        session.reattach()
+        assert cloths.step().step_count == [1]
+
+
+def test_nobody_doubts_what_was_never_sent(restarted):
+    with drape.connect(restarted.address, retries=Retries(tries=3, **QUICK)) as client, client.session() as session:
+        cloths = session.create(sheet())
+        restarted.drain()
+        for ask in (cloths.step, lambda: cloths.step(request_id="a"), cloths.read, session.reattach):
+            with pytest.raises(drape.Unavailable) as raised:
+                ask()
+            assert raised.value.unanswered_tries == 0 and "may have been done" not in str(raised.value)
+        restarted.start()
 
 
 def test_the_limit_of_the_request_holds_for_all_its_tries(away):
@@ -253,7 +284,7 @@ def tries_of(request, method="Step", options=Retries(), budget=1e9):
 
 
 def test_pauses_double_up_to_a_limit():
-    tries = tries_of(drape.v1.GetClothRequest(), "GetCloth", Retries(tries=8))
+    tries = tries_of(drape.v1.DeleteClothsRequest(request_id="a"), "DeleteCloths", Retries(tries=8))
     for nominal_s in (0.1, 0.2, 0.4, 0.8, 1.6, 2, 2):
         assert 0.8 * nominal_s <= tries.pause_after(drape.Unavailable()) <= 1.2 * nominal_s
     assert tries.pause_after(drape.Unavailable()) is None and tries.unanswered == 7

@@ -42,7 +42,6 @@ class ClientBase:
             self.info = yield Unary("GetServerInfo", v1.GetServerInfoRequest(), timeout_s=ready_timeout_s)
         except errors.Unavailable as error:
             error.message = f"no Drape server answers at {self.address}: {error.message}"
-            error.unanswered_tries = 0  # nobody cares whether it was done
             error.reason = error.reason or "CANNOT_CONNECT"
             raise
         if self.info.version.split(".")[:2] != __version__.split(".")[:2]:

@@ -162,6 +162,7 @@ class ConnectionBase:
         is_over = self.server is not None and self.server.has_ended()
         pause_s = None if is_over or self.closed else tries.pause_after(error)
         if pause_s is None:
+            error.message += tries.doubt(error)
             raise error from None  # it says all that gRPC's says
         return pause_s
 

@@ -11,6 +11,9 @@ import grpc
 from google.rpc import error_details_pb2, status_pb2
 
 _DETAILS_KEY = "grpc-status-details-bin"
+# What gRPC itself says of a request for which it found no connection, in all of its versions; no attribute tells it.
+_NO_CONNECTION = ("failed to connect to all addresses", "connections to all backends failing", "DNS resolution failed",
+                  "errors resolving ")
 _LOST = ("SESSION_NOT_FOUND", "SESSION_EXPIRED", "SESSION_LOST")
 # Why a step was refused before it began, or not sent; WORLD_INCOMPLETE but for a cloth that joined the world meanwhile.
 _NOT_BEGUN = frozenset((
@@ -31,9 +34,9 @@ class Error(Exception):
 
     code: canonical name, e.g. "INVALID_ARGUMENT". reason: a constant word for programs, e.g. "SESSION_EXPIRED"; ""
     where the transport failed. message: for people. fields: every bad field. quotas: the exhausted ones. retry_after_s:
-    the time to wait before a repetition, None if waiting does not help. unanswered_tries: sendings of the same request
-    before the last one that had no answer: they may have been done. rows: of a rollout that failed, what came before,
-    as `rollout` returns it, with fewer rows; None of all others.
+    the time to wait before a repetition, None if waiting does not help. unanswered_tries: sendings of a request that
+    changes something, before the last one, that had no answer: they may have been done. rows: of a rollout that failed,
+    what came before, as `rollout` returns it, with fewer rows; None of all others.
     """
 
     code = "UNKNOWN"
@@ -110,6 +113,7 @@ class Unavailable(Error, ConnectionError):
     """No answer: no server, or one that shuts down."""
 
     code = "UNAVAILABLE"
+    is_unsent = False  # there was no connection: no server has seen the request
 
 
 class DeadlineExceeded(Error, TimeoutError):
@@ -146,6 +150,7 @@ class ForkedProcess(Error, RuntimeError):
 _CLASSES = {cls.code: cls for cls in (InvalidArgument, NotFound, FailedPrecondition, Aborted, ResourceExhausted,
                                       Unavailable, DeadlineExceeded, Cancelled, Unauthenticated, Unimplemented)}
 _CLASSES["PERMISSION_DENIED"] = Unauthenticated
+_NAMES = {code.value[0]: code.name for code in grpc.StatusCode}
 
 
 def _rebuild(cls, message, reason, fields, quotas, retry_after_s, metadata, code, unanswered_tries, rows):
@@ -167,24 +172,31 @@ def leaves(error, tables):
 
 
 def from_rpc(error: grpc.RpcError) -> Error:
-    """The exception for a failed request, with everything that google.rpc.Status says."""
+    """The exception for a failed request, with everything that google.rpc.Status says.
+
+    Its code counts, not gRPC's: behind some proxies a stream is reset right after its end has come, and gRPC then says
+    CANCELLED, but leaves the rest as the server sent it (docker/exposed/README.md).
+    """
     code = error.code() or grpc.StatusCode.UNKNOWN
-    message, details = error.details() or "", {}
+    message, details = error.details() or "", {"code": code.name}
     for key, value in error.trailing_metadata() or ():
         if key == _DETAILS_KEY:
             message, details = _decode(value, message)
-    cls = _CLASSES.get(code.name, Error)
+    cls = _CLASSES.get(details["code"], Error)
     if cls is NotFound and details.get("reason") in _LOST:
         cls = SessionLost
     if cls is FailedPrecondition and details.get("reason") == "STATE_LOST":
         cls = StateLost
-    return cls(message, code=code.name, **details)
+    found = cls(message, **details)
+    if cls is Unavailable:
+        found.is_unsent = message.startswith(_NO_CONNECTION) and not found.reason
+    return found
 
 
 def _decode(value, message):
     status = status_pb2.Status()
     status.ParseFromString(value)
-    details = {}
+    details = {"code": _NAMES.get(status.code, "UNKNOWN")}
     for packed in status.details:
         name = packed.TypeName()
         if name == "google.rpc.ErrorInfo":

@@ -25,8 +25,9 @@ _JITTER = 0.2
 @dataclasses.dataclass(frozen=True)
 class Retries:
     """What a connection sends again by itself: requests that got no answer, if they change nothing, have a request id,
-    or are steps with `expected` or `until` and without controls; and requests of any kind to which the server answers
-    with the time after which to ask again. Always within `timeout_s` of the request, with the same request id.
+    or are steps with `expected` or `until` and without controls; and requests of any kind for which there was no
+    connection, or to which the server answers with the time after which to ask again. Always within `timeout_s` of the
+    request, with the same request id.
 
     tries: how often a request is sent at most, >= 1. first_pause_s: after the first sending without an answer; each
     further one is twice as long, at most max_pause_s. budget: each failure takes 1 from the connection's budget, each
@@ -76,6 +77,11 @@ def give_id(request):
         request.request_id = uuid.uuid4().hex
 
 
+def changes_something(call):
+    """So that it matters whether it was done."""
+    return call.method not in _IDEMPOTENT
+
+
 class Tries:
     """The sendings of one call. timeout_s: of all of them together; None: no limit."""
 
@@ -86,7 +92,16 @@ class Tries:
         self._end = None if timeout_s is None or timeout_s == math.inf else time.monotonic() + timeout_s
         self._sent = 0  # without those that found an earlier one under way
         self._pauses = 0
-        self.unanswered = 0  # about which nobody knows whether they were done
+        self.unanswered = 0  # of a call that changes something: those that may have been done
+
+    def doubt(self, error):
+        """What to tell with the error that ends the call; "": nobody doubts whether it was done."""
+        if not isinstance(error, errors.Unavailable) or error.is_unsent or error.reason or not changes_something(self._call):
+            return ""
+        if self._call.method in ("Step", "StepInChunks") and not is_repeatable(self._call):
+            return ("; the step may have been done: read `step_count`; with `until`, and without controls, a step is sent again "
+                    "without harm")
+        return "" if self.unanswered else "; it may have been done"
 
     def left_s(self):
         """The time of the next sending."""
@@ -116,9 +131,10 @@ class Tries:
             return None
         if asked_s is not None:  # who asks to wait has done nothing, so that any request may be sent again
             return asked_s * random.uniform(1, 1 + _JITTER)
-        if not is_repeatable(self._call):
-            return None
-        self.unanswered += 1
+        if not error.is_unsent:
+            if not is_repeatable(self._call):
+                return None
+            self.unanswered += changes_something(self._call)
         nominal_s = min(options.max_pause_s, options.first_pause_s * 2 ** self._pauses)
         self._pauses += 1
         return nominal_s * random.uniform(1 - _JITTER, 1 + _JITTER)
