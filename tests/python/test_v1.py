@@ -1,5 +1,8 @@
 
+import copy
 import pathlib
+import pickle
+import re
 
 import pytest
 
@@ -18,8 +21,52 @@ def test_every_request_of_the_service_is_there():
 def test_messages_are_the_protocols_own():
     assert drape.ClothSpec is v1.ClothSpec
     assert v1.Grid.DESCRIPTOR.file.name == "drape/v1/cloth_spec.proto"
-    with pytest.raises(ValueError):
-        drape.Grid(colums=3)
+
+
+WRONG = [
+    (lambda: drape.Grid(columns="a"), "Grid.columns", "'a' is not a whole number in [0, 4294967295]"),
+    (lambda: drape.Grid(width=1), "Grid.width", "Grid has no such field; did you mean width_m?"),
+    (lambda: drape.Grid(shape=1), "Grid.shape", "Grid has no such field; it has columns, rows, width_m, height_m"),
+    (lambda: drape.Material(friction_static="x"), "Material.friction_static", "'x' is not a number"),
+    (lambda: drape.Pin(particle=-1), "Pin.particle", "-1 is not a whole number in [0, 4294967295]"),
+    (lambda: drape.Sphere(center_m=1), "Sphere.center_m", "1 is not a list of numbers"),
+    (lambda: drape.StepSettings(preset="FAST"), "StepSettings.preset", "'FAST' is not one of PAPER, REALTIME, ACCURATE"),
+    (lambda: drape.Mesh(triangles=[[0, 1, 2]]), "Mesh.triangles", "[[0, 1, 2]] is not a PackedArray, as drape.pack makes"),
+    (lambda: drape.ClothSpec(grid={"columns": "a"}), "ClothSpec.grid.columns", "'a' is not a whole number"),
+    (lambda: drape.ClothSpec(pins=[{}, {"particl": 1}]), "ClothSpec.pins[1].particl", "did you mean particle?"),
+    (lambda: drape.ClothSpec(pins=[3]), "ClothSpec.pins", "[3] is not a list of Pin messages"),
+    (lambda: v1.ImportClothsRequest.Begin(session=3), "Begin.session", "3 is not a text"),
+]
+
+
+@pytest.mark.parametrize("make, field, words", WRONG, ids=[field for _, field, _ in WRONG])
+def test_a_field_that_a_new_message_cannot_take_is_named_with_what_is_legal(make, field, words):
+    with pytest.raises(drape.InvalidArgument, match=re.escape(words)) as caught:
+        make()
+    assert caught.value.reason == "BAD_FIELD" and [named for named, _ in caught.value.fields] == [field]
+
+
+def test_messages_take_their_fields_by_name():
+    with pytest.raises(drape.InvalidArgument, match="Grid takes its fields by name: columns, rows, width_m, height_m"):
+        drape.Grid(3, 3)
+
+
+def test_messages_are_copied_and_pickled():
+    grid = drape.Grid(columns=2)
+    assert copy.deepcopy(grid) == pickle.loads(pickle.dumps(grid)) == v1.Grid.FromString(grid.SerializeToString()) == grid
+
+
+def test_what_a_program_describes_is_in_the_package():
+    wanted, found = [drape.ClothSpec, v1.ClothOverride, v1.StateView, v1.RenderRequest], set()
+    while wanted:
+        kind = wanted.pop()
+        if kind in found or kind.DESCRIPTOR.containing_type is not None:
+            continue
+        found.add(kind)
+        wanted += [field.message_type._concrete_class for field in kind.DESCRIPTOR.fields if field.message_type is not None]
+    assert {kind.DESCRIPTOR.name for kind in found} >= {"SelfCollision", "Camera", "PackedArray"}
+    for kind in found:
+        assert getattr(drape, kind.DESCRIPTOR.name) is kind
 
 
 def test_the_stubs_know_the_fields(tmp_path):

@@ -10,7 +10,9 @@
         cloths.step(60)
         print(cloths.positions.shape)         # (64, 1024, 3), metres
 
-Descriptions are the messages of the protocol (proto/drape/v1); all of them are in `drape.v1`.
+Descriptions are the messages of the protocol (proto/drape/v1); all of them are in `drape.v1`, those that a program makes
+also here. A field that a new message cannot take is an InvalidArgument at once; what is assigned to a message later raises
+protobuf's own TypeError, ValueError or AttributeError.
 """
 
 from . import errors, mesh, scene, v1
@@ -28,7 +30,7 @@ from .states import POSITIONS, POSITIONS_AND_VELOCITIES, VELOCITIES, Answer, Gri
 from .streams import Frame, Frames, Run
 from .topology import Topology
 from .v1 import (Box, Camera, Capsule, ClothOverride, ClothSpec, Collider, Cylinder, DistanceConstraint, Environment, Grid,
-                 Material, Mesh, MeshImport, Particles, Pin, Plane, PointJoint, Sphere, Spring, StateView, StepSettings,
-                 Transform)
+                 Material, Mesh, MeshImport, PackedArray, Particles, Pin, Plane, PointJoint, RenderRequest, SelfCollision,
+                 Sphere, Spring, StateView, StepSettings, Transform)
 
 __all__ = [name for name in dir() if not name.startswith("_")] + ["__version__"]

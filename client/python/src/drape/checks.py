@@ -3,6 +3,7 @@ protobuf, numpy or gRPC would raise. What can be sent, the server checks."""
 
 from __future__ import annotations
 
+import difflib
 import math
 import operator
 import os
@@ -16,20 +17,34 @@ _WHOLE = {FieldDescriptor.CPPTYPE_INT32: (-2**31, 2**31 - 1), FieldDescriptor.CP
           FieldDescriptor.CPPTYPE_UINT32: (0, 2**32 - 1), FieldDescriptor.CPPTYPE_UINT64: (0, 2**64 - 1)}
 _MOST_PORT = 2**16 - 1
 _OTHER_ADDRESSES = ("unix:", "unix-abstract:", "vsock:", "dns:", "ipv4:", "ipv6:", "xds:")
+_MADE_BY = {"PackedArray": ", as drape.pack makes of an array", "Mesh": ", as drape.mesh.load and drape.mesh.from_arrays make"}
 _REPEATED = 3  # FieldDescriptor.LABEL_REPEATED; younger versions of protobuf have is_repeated instead
 
 
 def message(kind, **fields):
-    """A message of these fields. Fields that are None are unset."""
+    """A message of these fields, which are those of a request: an error names them alone. Fields that are None are unset."""
     try:
         return kind(**fields)
     except (TypeError, ValueError) as error:
-        for name, value in fields.items():
-            try:
-                kind(**{name: value})
-            except (TypeError, ValueError):
-                raise _not_legal(kind.DESCRIPTOR, name, value) from error
-        raise
+        raise unfit(kind, (), fields, "") or error from None
+
+
+def unfit(kind, arguments, fields, place):
+    """Why there is no message of this kind with these arguments and fields, an InvalidArgument that names the first of
+    those as `place` + its name; None if it cannot be told."""
+    known = kind.DESCRIPTOR.fields_by_name
+    if arguments:
+        return errors.InvalidArgument(f"{kind.DESCRIPTOR.name} takes its fields by name: {', '.join(known) or 'it has none'}",
+                                      reason="BAD_FIELD")
+    initialise = getattr(kind.__init__, "__wrapped__", kind.__init__)  # protobuf's own (drape.v1)
+    for name, value in fields.items():
+        if name not in known:
+            return errors.bad_field(place + name, _no_such_field(kind.DESCRIPTOR, name))
+        try:
+            initialise(kind.__new__(kind), **{name: value})
+        except (TypeError, ValueError):
+            return _not_legal(known[name], value, place + name)
+    return None
 
 
 def of_kind(name, value, kind):
@@ -96,12 +111,22 @@ def address(name, value):
     return value
 
 
-def _not_legal(descriptor, name, value):
-    field = descriptor.fields_by_name.get(name)
-    if field is None:
-        return errors.bad_field(name, f"{descriptor.name} has no such field")
-    is_repeated = field.is_repeated if hasattr(field, "is_repeated") else field.label == _REPEATED
-    return errors.bad_field(name, f"{reprlib.repr(value)} is not {_what(field, is_repeated)}")
+def _no_such_field(descriptor, name):
+    known = list(descriptor.fields_by_name)
+    near = difflib.get_close_matches(name, known, 3)
+    hint = f"; did you mean {' or '.join(near)}?" if near else f"; it has {', '.join(known)}" if known else ""
+    return f"{descriptor.name} has no such field{hint}"
+
+
+def _not_legal(field, value, place):
+    is_list = field.is_repeated if hasattr(field, "is_repeated") else field.label == _REPEATED
+    if field.message_type is not None:  # messages may be given as dicts of their fields
+        for at, part in enumerate(value if isinstance(value, (list, tuple)) else [value]):
+            if isinstance(part, dict) and all(isinstance(name, str) for name in part):
+                error = unfit(field.message_type._concrete_class, (), part, f"{place}[{at}]." if is_list else f"{place}.")
+                if error is not None:
+                    return error
+    return errors.bad_field(place, f"{reprlib.repr(value)} is not {_what(field, is_list)}")
 
 
 def _what(field, is_list):
@@ -112,7 +137,8 @@ def _what(field, is_list):
         low, high = _WHOLE[field.cpp_type]
         one, many = f"a whole number in [{low}, {high}]", f"whole numbers in [{low}, {high}]"
     elif field.message_type is not None:
-        one, many = f"a {field.message_type.name}", f"{field.message_type.name} messages"
+        name = field.message_type.name
+        one, many = f"a {name}{_MADE_BY.get(name, '')}", f"{name} messages"
     else:
         one, many = {FieldDescriptor.CPPTYPE_BOOL: ("True or False", "bools"),
                      FieldDescriptor.CPPTYPE_STRING: ("a text", "texts")}.get(field.cpp_type, ("a number", "numbers"))

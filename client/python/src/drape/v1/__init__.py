@@ -3,11 +3,14 @@
 `METHODS` are the requests of the service: name -> Method.
 """
 
+import functools
 from importlib import resources
 from typing import NamedTuple
 
 from google.protobuf import descriptor_pb2, descriptor_pool, message_factory
 from google.protobuf import field_mask_pb2  # noqa: F401  the protocol imports it
+
+from drape import checks
 
 
 class Method(NamedTuple):
@@ -16,6 +19,26 @@ class Method(NamedTuple):
     answer: type
     streams_requests: bool
     streams_answers: bool
+
+
+def _explain(cls):
+    """Fields that a new message cannot take are an InvalidArgument that names message, field and what is legal, in place of
+    protobuf's TypeError or ValueError, which may name none of them. What is assigned to a message later is protobuf's
+    alone: it is read and written without Python."""
+    for nested in cls.DESCRIPTOR.nested_types:
+        _explain(getattr(cls, nested.name))  # which keeps it: else it would be made anew without this
+    initialise = cls.__init__
+    if hasattr(initialise, "__wrapped__"):
+        return  # this module is loaded again
+
+    @functools.wraps(initialise)
+    def explaining(self, *arguments, **fields):
+        try:
+            initialise(self, *arguments, **fields)
+        except (TypeError, ValueError) as error:
+            raise checks.unfit(type(self), arguments, fields, f"{cls.DESCRIPTOR.name}.") or error from None
+
+    cls.__init__ = explaining
 
 
 def _load():
@@ -29,6 +52,7 @@ def _load():
         described = pool.FindFileByName(file.name)
         for name, message in described.message_types_by_name.items():
             messages[name] = message_factory.GetMessageClass(message)
+            _explain(messages[name])
         for service in file.service:
             for method in service.method:
                 methods[method.name] = Method(
