@@ -84,6 +84,7 @@ Status Serve(Config config, const std::vector<std::string>& arguments) {
     spdlog::info("metrics_started port={}", operations->port());
   }
   Status status = checkpoints.Start();
+  WarnOfUnreachable(sessions, authentication->get());
   RememberLost(former.sessions, sessions);
   const Reaper reaper(sessions, milliseconds(config.reap_interval_ms));
   api::LimitConnections({config.max_connections, config.max_connections_per_peer});

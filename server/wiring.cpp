@@ -96,6 +96,20 @@ void RememberLost(const std::vector<std::pair<std::string, std::string>>& names,
   }
 }
 
+void WarnOfUnreachable(const SessionRegistry& sessions, const api::Authentication* authentication) {
+  const auto all = sessions.All();
+  const bool has_tenants = authentication != nullptr;
+  const auto count = std::ranges::count_if(
+      all, [&](const auto& session) { return session->tenant().empty() == has_tenants; });
+  if (count == 0) return;
+  spdlog::warn(
+      "sessions_unreachable count={} message=\"nobody can reach them before their leases "
+      "run out: {}\"",
+      count,
+      has_tenants ? "they are of a server without tokens"
+                  : "they are of tenants, and this server has no --token-file");
+}
+
 void SetRates(const Config& config, const api::Authentication* authentication, RateQuota& steps,
               RateQuota& builders) {
   RateLimits of_steps, of_builders;

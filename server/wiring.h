@@ -42,6 +42,10 @@ std::vector<std::pair<std::string, std::string>> NamesOf(const SessionRegistry& 
 void RememberLost(const std::vector<std::pair<std::string, std::string>>& names,
                   SessionRegistry& sessions);
 
+// Warns of sessions that came back and whose tenants cannot call: this server has tenants and they
+// have none, or the other way round. `authentication`: null without tenants.
+void WarnOfUnreachable(const SessionRegistry& sessions, const api::Authentication* authentication);
+
 // Sets the rates of all tenants; `authentication`: null without tenants.
 void SetRates(const Config& config, const api::Authentication* authentication, RateQuota& steps,
               RateQuota& builders);

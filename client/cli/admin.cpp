@@ -87,7 +87,7 @@ int ShowSessions(const AdminOptions& options) {
     std::cout << MessagesJson(sessions) << "\n";
     return kDone;
   }
-  Rows rows = {{"number", "session", "tenant", "called", "cloths", "particles", "steps", "left"}};
+  Rows rows = {{"number", "session", "tenant", "called", "cloths", "particles", "waiting", "left"}};
   for (const v1::TenantSession& session : sessions) {
     rows.push_back({std::to_string(session.number()), Printable(session.short_name()),
                     session.tenant().empty() ? "(none)" : Printable(session.tenant()),

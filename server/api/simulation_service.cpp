@@ -37,8 +37,13 @@ ServiceContext WithBudgets(ServiceContext context) {
   return context;
 }
 
-// For a client that knows the session from an earlier run of the server.
+// For a client that knows the session from another run of the server.
 Status StateLost(const Session& session) {
+  if (session.checkpoint_unix_s() == 0) {
+    return {StatusCode::kFailedPrecondition, "STATE_LOST",
+            "the request is for another run of the server (x-drape-incarnation), in which this "
+            "session was not: it was created in the present one; nothing is done"};
+  }
   uint64_t lowest = UINT64_MAX, highest = 0;
   const Result<ClothList> cloths = session.FindCloths({});
   for (const auto& cloth : cloths.ok() ? cloths.value() : ClothList()) {
@@ -52,7 +57,8 @@ Status StateLost(const Session& session) {
   const auto then = static_cast<std::time_t>(session.checkpoint_unix_s());
   return {StatusCode::kFailedPrecondition, "STATE_LOST",
           fmt::format("the server has started again: the session came back as it was at "
-                      "{:%Y-%m-%dT%H:%M:%SZ}, and what was done after that is lost; {}",
+                      "{:%Y-%m-%dT%H:%M:%SZ}. If the server had ended in order nothing is lost, "
+                      "else what was done after that: compare `step`; {}",
                       fmt::gmtime(then), steps)};
 }
 

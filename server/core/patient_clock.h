@@ -12,10 +12,10 @@ namespace drape {
 
 // Monotonic like `clock`, but a time in which this process was stopped (SIGSTOP, a paused virtual
 // machine, a swapped-out container) does not count: leases must not run out while nobody could
-// renew them. A thread looks at the clock every kBeat_us. Where nobody has for more than kMostGap_us
-// the process stood still, and only a beat counts, which may have passed before. So a stop takes
-// kMostGap_us from a lease at most; threads that are late make time slower, which does no harm.
-// Thread-safe.
+// renew them. A thread looks at the clock every kBeat_us. Where nobody has for more than
+// kMostGap_us the process stood still, and only a beat counts, which may have passed before. So a
+// stop takes kMostGap_us from a lease at most; threads that are late make time slower, which does
+// no harm. Thread-safe.
 class PatientClock final : public Clock {
  public:
   static constexpr int64_t kBeat_us = 50'000;

@@ -111,12 +111,14 @@ void DeviceLoop::EndIfPointless(ActiveRequest& request, int64_t now_us,
   if (request.is_done()) return;
   const StepWork& work = request.work();
   if (work.cancel.is_cancelled()) {
-    request.EndWith({StatusCode::kCancelled, "CANCELLED", "the client cancelled the request"});
+    request.EndWith({StatusCode::kCancelled, "CANCELLED",
+                     "the client cancelled the request, or its deadline passed; complete steps "
+                     "stay: read `step`"});
   }
   if (request.has_started()) return;
   if (work.deadline_us <= now_us) {
     request.EndWith({StatusCode::kCancelled, "DEADLINE_PASSED",
-                     "the deadline of the request passed before it started"});
+                     "the deadline of the request passed before it started; nothing is done"});
   }
   if (!held_back_until_us || *held_back_until_us <= work.deadline_us) return;
   Status status(StatusCode::kResourceExhausted, "RATE_EXCEEDED",

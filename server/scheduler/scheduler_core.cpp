@@ -268,7 +268,9 @@ void Scheduler::Core::RunRounds(Backend& backend) {
     if (!MayAnswersWait(loop, load.is_busy)) loop.GiveAnswers();
     load.wake_at_us = Earlier(observers_.Serve(backend, clock_.NowUs()), rest_until_us);
   }
-  loop.EndAll(DrainingStatus());
+  loop.EndAll({StatusCode::kUnavailable, "DRAINING",
+               "the server is shutting down before the request is complete; complete steps stay, "
+               "also in the session's checkpoint where the server writes one: read `step` then"});
   observers_.EndAll(DrainingStatus());
   if (last_command_) last_command_(backend);
 }

@@ -30,9 +30,11 @@ std::string RandomBytes(size_t count) {
 
 constexpr char kSessionLost[] = "SESSION_LOST";
 
-Status ExpiredStatus() {
+Status ExpiredStatus(bool may_be_kept) {
   return {StatusCode::kNotFound, "SESSION_EXPIRED",
-          "the session has expired; its cloths are deleted"};
+          may_be_kept ? "the session has expired; its cloths are deleted here, and the server may "
+                        "have kept them in a file that its operator can restore"
+                      : "the session has expired; its cloths are deleted"};
 }
 
 // Where the numbers of sessions begin: one that an operator read in another run of the server is as
@@ -173,7 +175,7 @@ Status SessionRegistry::CheckLive(const std::string& name, const std::string& te
   const auto found = sessions_.find(name);
   const bool exists = found != sessions_.end() && found->second.session->tenant() == tenant;
   if (exists && !IsExpired(found->second, clock_.NowUs())) return Status::Ok();
-  if (exists) return ExpiredStatus();
+  if (exists) return ExpiredStatus(before_expiry_ != nullptr);
   const auto ended = ended_names_.find(name);
   if (ended != ended_names_.end() && ended->second.tenant == tenant) return ended->second.answer;
   constexpr std::string_view kPrefix = "sessions/";
@@ -369,7 +371,7 @@ size_t SessionRegistry::ReapExpired() {
                   [&](const auto& session) { return !sessions_.contains(session->name()); });
     for (const auto& session : expired) {
       Remove(session->name());
-      RememberEnded(session->name(), session->tenant(), ExpiredStatus());
+      RememberEnded(session->name(), session->tenant(), ExpiredStatus(before_expiry_ != nullptr));
     }
   }
   for (const auto& session : expired) {

@@ -69,6 +69,7 @@ TEST_F(AdminCommand, ShowsAndEndsWhatThereIs) {
 
   const std::string sessions = Do({"sessions"});
   EXPECT_THAT(sessions, HasSubstr("the \\x1B[2J first")) << "controls of a terminal are shown";
+  EXPECT_THAT(sessions, HasSubstr("waiting"));
   EXPECT_EQ(sessions.find(first.name()), std::string::npos);
   const json list = json::parse(Do({"sessions", "--json"}));
   ASSERT_EQ(list.size(), 2u);

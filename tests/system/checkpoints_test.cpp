@@ -10,7 +10,9 @@
 #include <set>
 #include <thread>
 
+#include "server/api/sha256.h"
 #include "server/checkpoints/durable_file.h"
+#include "server/core/text.h"
 #include "tests/api/requests.h"
 #include "tests/system/calls.h"
 #include "tests/system/random_traffic.h"
@@ -116,21 +118,27 @@ TEST_F(Checkpoints, AClientThatKnowsAnEarlierRunIsTold) {
   v1::Session session = Call(*stub, &Stub::CreateSession, v1::CreateSessionRequest()).value;
   const uint64_t id = Create(*stub, HangingSheet(session.name(), 4))[0];
   const std::string before = session.incarnation();
+  std::string message;
   EXPECT_EQ(before,
             Call(*stub, &Stub::GetServerInfo, v1::GetServerInfoRequest()).value.incarnation());
   const auto step = [&](const std::string& incarnation) {
     grpc::ClientContext context;
     context.AddMetadata("x-drape-incarnation", incarnation);
     v1::StepResponse answer;
-    return ReasonOf(stub->Step(&context, StepsOf(session.name(), {id}, 1), &answer));
+    const grpc::Status status = stub->Step(&context, StepsOf(session.name(), {id}, 1), &answer);
+    message = status.error_message();
+    return ReasonOf(status);
   };
   EXPECT_EQ(step(before), "");
+  EXPECT_EQ(step("another"), "STATE_LOST");
+  EXPECT_THAT(message, HasSubstr("it was created in the present one"));
   server->Signal(SIGTERM);
   ASSERT_EQ(server->WaitForExit(), 0);
 
   server = StartServer();
   stub = server->NewStub();
   EXPECT_EQ(step(before), "STATE_LOST");
+  EXPECT_THAT(message, testing::ContainsRegex("as it was at 2.*ended in order nothing is lost"));
   EXPECT_EQ(Get(*stub, session.name(), id).step(), 1u) << "nothing is done";
   v1::GetSessionRequest get;
   get.set_name(session.name());
@@ -231,6 +239,10 @@ TEST_F(Checkpoints, WhatHasEndedIsForgottenAndWhatHasExpiredIsKeptAside) {
   deletion.set_name(deleted);
   ASSERT_TRUE(Call(*stub, &Stub::DeleteSession, deletion).status.ok());
   ASSERT_TRUE(Wait([&] { return FilesOf(folder_, ".checkpoint").empty(); }));
+  v1::GetSessionRequest get;
+  get.set_name(expiring);
+  EXPECT_THAT(Call(*stub, &Stub::GetSession, get).status.error_message(),
+              HasSubstr("the server may have kept them"));
   // A session that has expired is there all the time.
   const auto kept = FilesOf(folder_ + "/expired", ".snapshot");
   ASSERT_EQ(kept.size(), 1u);
@@ -249,6 +261,27 @@ TEST_F(Checkpoints, WhatHasEndedIsForgottenAndWhatHasExpiredIsKeptAside) {
   stream->WritesDone();
   ASSERT_TRUE(stream->Finish().ok());
   EXPECT_EQ(answer.cloth_ids_size(), 1);
+}
+
+TEST_F(Checkpoints, AServerWithoutTokensSaysThatItHasSessionsOfTenants) {
+  const std::string tokens = dir_ / "tokens", token = "0123456789abcdef0123456789abcdef";
+  std::ofstream(tokens) << "lab " << HexOf(api::Sha256Of(token)) << "\n";
+  {
+    ServerProcess server({"--backend=cpu", "--checkpoint-dir=" + folder_, "--token-file=" + tokens,
+                          "--checkpoint-interval-s=3600"});
+    ASSERT_TRUE(server.WaitUntilUp());
+    grpc::ClientContext context;
+    context.AddMetadata("authorization", "Bearer " + token);
+    v1::Session session;
+    const grpc::Status status =
+        server.NewStub()->CreateSession(&context, v1::CreateSessionRequest(), &session);
+    ASSERT_TRUE(status.ok()) << status.error_message();
+    server.Signal(SIGTERM);
+    ASSERT_EQ(server.WaitForExit(), 0) << server.Log();
+  }
+  const auto server = StartServer();
+  EXPECT_THAT(server->Log(), HasSubstr("sessions_unreachable count=1"));
+  EXPECT_THAT(server->Log(), HasSubstr("no --token-file"));
 }
 
 TEST_F(Checkpoints, DamagedFilesAreSetAsideAndTheOthersComeBack) {

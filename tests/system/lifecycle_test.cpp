@@ -80,6 +80,7 @@ TEST(Lifecycle, WorkThatOutlivesTheGraceEndsWithUnavailable) {
   const grpc::Status status = stream->Finish();
   EXPECT_EQ(status.error_code(), grpc::StatusCode::UNAVAILABLE) << status.error_message();
   EXPECT_EQ(ReasonOf(status), "DRAINING");
+  EXPECT_THAT(status.error_message(), HasSubstr("complete steps stay"));
   EXPECT_EQ(server.WaitForExit(), 0);
 }
 
