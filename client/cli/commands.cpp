@@ -17,6 +17,9 @@ bool IsCommand(const CLI::App& app, const std::string& name) {
                      [&](const CLI::App* command) { return command->get_name() == name; });
 }
 
+// After an error of a server that wants a token.
+constexpr char kHowToGiveOne[] = "; this program takes one by --token-file=FILE or $DRAPE_TOKEN";
+
 // As draped: CLI11 would take the next argument as the value, a flag perhaps.
 bool LacksValue(const std::string& argument) {
   return argument.starts_with("--") && argument.ends_with('=');
@@ -66,7 +69,11 @@ int Main(int argc, const char* const* argv) {
   } catch (const CLI::ParseError& error) {
     std::cerr << "drape: " << error.what() << "\n";
     return kUsage;
-  } catch (const std::exception& error) {  // drape::Error has code, reason and fields
+  } catch (const Error& error) {  // it has code, reason and fields
+    std::cerr << "drape: " << error.what()
+              << (error.reason() == "INVALID_TOKEN" ? kHowToGiveOne : "") << "\n";
+    return kFailed;
+  } catch (const std::exception& error) {
     std::cerr << "drape: " << error.what() << "\n";
     return kFailed;
   }

@@ -6,13 +6,14 @@ import pickle
 import re
 import select
 import signal
+import subprocess
 import sys
 import warnings
 
 import pytest
 
 import drape
-from conftest import ROOT, certificate_of, run_python, sheet
+from conftest import DRAPE, ROOT, certificate_of, run_python, sheet
 
 
 def test_the_versions_of_the_tree_agree():
@@ -84,6 +85,8 @@ def test_tokens_tell_tenants_apart(tmp_path):
             with pytest.raises(drape.Unauthenticated) as caught:
                 drape.connect(server.address, token=token)
             assert caught.value.reason == "INVALID_TOKEN" and isinstance(caught.value, PermissionError)
+        told = subprocess.run([DRAPE, "info", f"--server={server.address}"], capture_output=True, text=True, timeout=30)
+        assert told.returncode == 1 and "--token-file=FILE or $DRAPE_TOKEN" in told.stderr
         with drape.connect(server.address, token="abc") as mine, drape.connect(server.address, token="xyz") as yours:
             session = mine.session()
             assert session.create(sheet()).step().step_count == [1]
