@@ -28,6 +28,8 @@ struct Caller {
   std::string incarnation{};
   // When the client stops waiting, by the clock of the server.
   int64_t deadline_us = std::numeric_limits<int64_t>::max();
+  // kHalfCloseHeader.
+  bool half_closes = false;
 };
 
 // The deadline of a call; that of a stream is that of each of its requests.

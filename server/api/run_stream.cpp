@@ -47,21 +47,21 @@ RunReactor* RunReactor::Start(const ServiceContext& context, Caller caller) {
     reactor->Finish(opened);
     return reactor.get();
   }
-  reactor->StartRead(&reactor->request_);
+  reactor->Read(&reactor->request_);
   return reactor.get();
 }
 
-void RunReactor::OnReadDone(bool ok) {
+void RunReactor::OnRequest(bool ok) {
   const std::lock_guard lock(mutex_);
   if (!ok) return Close(Status::Ok());
   if (ending_) return;
   Status status = context_.Parse(request_, caller_.tenant);
   if (status.ok()) status = WithinMemory([&] { return Take(request_.message()); });
   if (!status.ok()) return Close(status);
-  StartRead(&request_);
+  Read(&request_);
 }
 
-void RunReactor::OnWriteDone(bool ok) {
+void RunReactor::OnWritten(bool ok) {
   const std::lock_guard lock(mutex_);
   is_writing_ = false;
   if (!ok) return LoseClient();
@@ -71,10 +71,6 @@ void RunReactor::OnWriteDone(bool ok) {
 void RunReactor::OnCancel() {
   const std::lock_guard lock(mutex_);
   LoseClient();
-}
-
-void RunReactor::OnDone() {
-  const std::shared_ptr<RunReactor> last = std::move(self_);
 }
 
 void RunReactor::LoseClient() {
@@ -254,7 +250,9 @@ void RunReactor::WriteNext() {
     session_ = {};
     permit_ = nullptr;
     tag_.Log(*ending_);
-    return Finish(ToGrpcStatus(*ending_, {{"steps", std::to_string(complete_steps_)}}));
+    v1::RunReport end;
+    end.set_is_end(true);
+    return End(ToGrpcStatus(*ending_, {{"steps", std::to_string(complete_steps_)}}), end);
   }
   if (is_broken_ || !pace_ || (!is_over && !is_report_due_)) return;
   is_report_due_ = false;

@@ -4,10 +4,10 @@
 #include <grpcpp/alarm.h>
 
 #include <memory>
-#include <mutex>
 #include <optional>
 #include <utility>
 
+#include "server/api/ending_stream.h"
 #include "server/api/request_log.h"
 #include "server/api/run_pace.h"
 #include "server/api/simulation_service.h"
@@ -22,19 +22,18 @@ namespace drape::api {
 // Ends with OK after its last step or when the client sends no more messages (what is under way is
 // finished first), else with the status that ended it. Alive until gRPC, its steps and its alarm
 // have let go of it; the run keeps its session alive.
-class RunReactor final : public grpc::ServerBidiReactor<Unparsed<v1::RunRequest>, v1::RunReport>,
+class RunReactor final : public EndingStream<Unparsed<v1::RunRequest>, v1::RunReport>,
                          public std::enable_shared_from_this<RunReactor> {
  public:
   static RunReactor* Start(const ServiceContext& context, Caller caller);
 
  private:
   RunReactor(const ServiceContext& context, Caller caller)
-      : context_(context), caller_(std::move(caller)) {}
+      : EndingStream(context, std::move(caller)) {}
 
-  void OnReadDone(bool ok) override;
-  void OnWriteDone(bool ok) override;
+  void OnRequest(bool ok) override;
+  void OnWritten(bool ok) override;
   void OnCancel() override;
-  void OnDone() override;
 
   // A step of the cloths of `generation` is over.
   void OnStep(const Status& status, uint32_t generation);
@@ -57,12 +56,7 @@ class RunReactor final : public grpc::ServerBidiReactor<Unparsed<v1::RunRequest>
   void FillReport(v1::RunReport* report);
   void CountDropped();
 
-  const ServiceContext& context_;
-  const Caller caller_;
-  std::shared_ptr<RunReactor> self_;  // until OnDone
-
-  std::shared_ptr<void> place_;  // ServiceContext::OpenStream
-  std::mutex mutex_;
+  std::shared_ptr<void> place_;       // ServiceContext::OpenStream
   Unparsed<v1::RunRequest> request_;  // being read
   v1::RunReport report_;              // being written
   RequestTag tag_;
@@ -88,7 +82,7 @@ class RunReactor final : public grpc::ServerBidiReactor<Unparsed<v1::RunRequest>
   bool is_writing_ = false;
   bool has_last_report_ = false;  // it has been written
   bool is_broken_ = false;        // the client has gone
-  bool is_ended_ = false;         // Finish was called
+  bool is_ended_ = false;         // End was called
 };
 
 }  // namespace drape::api

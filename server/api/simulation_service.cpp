@@ -92,6 +92,7 @@ Caller ServiceContext::Identify(const grpc::CallbackServerContext& call) const {
   const auto& metadata = call.client_metadata();
   const auto known = metadata.find(kIncarnationHeader);
   if (known != metadata.end()) caller.incarnation = {known->second.data(), known->second.size()};
+  caller.half_closes = metadata.find(kHalfCloseHeader) != metadata.end();
   return caller;
 }
 

@@ -54,7 +54,7 @@ struct ServiceContext {
   // The time of the builders. Null: nobody counts it, and there are no limits.
   std::shared_ptr<BuildQuota> build_quota = nullptr;
 
-  // Also reads the run of the server that the caller knows (kIncarnationHeader).
+  // Also reads kIncarnationHeader and kHalfCloseHeader.
   Caller Identify(const grpc::CallbackServerContext& call) const;
   // A place for a stream of that caller, until the pointer is gone. UNAUTHENTICATED; or
   // RESOURCE_EXHAUSTED (TOO_MANY_STREAMS).
@@ -76,6 +76,8 @@ struct ServiceContext {
 
 // Metadata of requests: the `incarnation` of the server for which they are meant.
 inline constexpr char kIncarnationHeader[] = "x-drape-incarnation";
+// The client of a stream closes its sending side when a message says `is_end` (ending_stream.h).
+inline constexpr char kHalfCloseHeader[] = "x-drape-half-close";
 
 // ServiceContext::unread within these limits.
 std::shared_ptr<ByteBudget> MakeUnreadBudget(const RequestLimits& limits);

@@ -27,18 +27,18 @@ StateStreamReactor* StateStreamReactor::Start(const ServiceContext& context, Cal
     reactor->Finish(opened);
     return reactor.get();
   }
-  reactor->StartRead(&reactor->request_);
+  reactor->Read(&reactor->request_);
   return reactor.get();
 }
 
-void StateStreamReactor::OnReadDone(bool ok) {
+void StateStreamReactor::OnRequest(bool ok) {
   const std::lock_guard lock(mutex_);
   if (!ok) return FinishReading();
   if (ending_) return;
   Status status = context_.Parse(request_, caller_.tenant);
   if (status.ok()) status = WithinMemory([&] { return Take(request_.message()); });
   if (!status.ok()) return Close(status);
-  StartRead(&request_);
+  Read(&request_);
 }
 
 // With every frame those of all steps that have been answered are still to come.
@@ -48,7 +48,7 @@ void StateStreamReactor::FinishReading() {
   observer_->Cancel();
 }
 
-void StateStreamReactor::OnWriteDone(bool ok) {
+void StateStreamReactor::OnWritten(bool ok) {
   const std::lock_guard lock(mutex_);
   is_writing_ = false;
   chunk_.Clear();
@@ -69,10 +69,6 @@ void StateStreamReactor::OnCancel() {
 void StateStreamReactor::LoseClient() {
   is_broken_ = true;
   Close(ClientHasGone());
-}
-
-void StateStreamReactor::OnDone() {
-  const std::shared_ptr<StateStreamReactor> last = std::move(self_);
 }
 
 void StateStreamReactor::OnFrame(ObservedFrame observed) {
@@ -184,7 +180,7 @@ Status StateStreamReactor::ReserveFrames(const CheckedSubscription& checked,
   return Status::Ok();
 }
 
-// The first reason counts. The write under way must end before Finish.
+// The first reason counts. The write under way must end before the stream.
 void StateStreamReactor::Close(const Status& status) {
   if (ending_) return WriteNext();
   ending_ = status;
@@ -205,8 +201,9 @@ void StateStreamReactor::WriteNext() {
     is_ended_ = true;
     frames_.clear();
     tag_.Log(*ending_);
-    Finish(EndStatus());
-    return;
+    v1::StateChunk end;
+    end.set_is_end(true);
+    return End(EndStatus(), ToByteBuffer({SliceOf(end.SerializeAsString())}));
   }
   Frame& frame = frames_.front();
   const Status made = WithinMemory([&] {

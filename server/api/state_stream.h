@@ -3,10 +3,10 @@
 
 #include <deque>
 #include <memory>
-#include <mutex>
 #include <optional>
 #include <vector>
 
+#include "server/api/ending_stream.h"
 #include "server/api/request_log.h"
 #include "server/api/shared_chunks.h"
 #include "server/api/simulation_service.h"
@@ -20,7 +20,7 @@ namespace drape::api {
 // Alive until gRPC and the scheduler's observer have let go of it; the subscription keeps its
 // session alive.
 class StateStreamReactor final
-    : public grpc::ServerBidiReactor<Unparsed<v1::StreamStatesRequest>, grpc::ByteBuffer>,
+    : public EndingStream<Unparsed<v1::StreamStatesRequest>, grpc::ByteBuffer>,
       public std::enable_shared_from_this<StateStreamReactor> {
  public:
   static StateStreamReactor* Start(const ServiceContext& context, Caller caller);
@@ -36,12 +36,11 @@ class StateStreamReactor final
   };
 
   StateStreamReactor(const ServiceContext& context, Caller caller)
-      : context_(context), caller_(std::move(caller)) {}
+      : EndingStream(context, std::move(caller)) {}
 
-  void OnReadDone(bool ok) override;
-  void OnWriteDone(bool ok) override;
+  void OnRequest(bool ok) override;
+  void OnWritten(bool ok) override;
   void OnCancel() override;
-  void OnDone() override;
 
   void OnFrame(ObservedFrame observed);
   // What is sent of it, made by the first stream that gets it.
@@ -60,15 +59,10 @@ class StateStreamReactor final
   void LoseClient();
   void FinishReading();
   void WriteNext();
-  // What Finish tells, with the last frame that was sent.
+  // What End tells, with the last frame that was sent.
   grpc::Status EndStatus() const;
 
-  const ServiceContext& context_;
-  const Caller caller_;
-  std::shared_ptr<StateStreamReactor> self_;  // until OnDone
-
-  std::shared_ptr<void> place_;  // ServiceContext::OpenStream
-  std::mutex mutex_;
+  std::shared_ptr<void> place_;                // ServiceContext::OpenStream
   Unparsed<v1::StreamStatesRequest> request_;  // being read
   grpc::ByteBuffer chunk_;                     // being written
   RequestTag tag_;
@@ -85,7 +79,7 @@ class StateStreamReactor final
   std::optional<Status> ending_;  // set once: no more frames are taken
   bool is_writing_ = false;
   bool is_broken_ = false;  // the client has gone: nothing more can be written
-  bool is_ended_ = false;   // Finish was called
+  bool is_ended_ = false;   // End was called
 };
 
 }  // namespace drape::api

@@ -21,7 +21,7 @@ StepStreamReactor* StepStreamReactor::Start(const ServiceContext& context, Calle
   return reactor.get();
 }
 
-void StepStreamReactor::OnReadDone(bool ok) {
+void StepStreamReactor::OnRequest(bool ok) {
   Status parsed = ok ? context_.CheckToken(caller_) : Status::Ok();
   if (ok && parsed.ok()) parsed = context_.Parse(request_, caller_.tenant);
   const v1::StepRequest& request = request_.message();
@@ -63,7 +63,7 @@ void StepStreamReactor::OnAnswer(Slot& slot, Result<StepAnswer> answer) {
   WriteNext();
 }
 
-void StepStreamReactor::OnWriteDone(bool ok) {
+void StepStreamReactor::OnWritten(bool ok) {
   const std::lock_guard lock(mutex_);
   is_writing_ = false;
   response_.Clear();
@@ -80,22 +80,18 @@ void StepStreamReactor::OnCancel() {
   WriteNext();
 }
 
-void StepStreamReactor::OnDone() {
-  const std::shared_ptr<StepStreamReactor> last = std::move(self_);
-}
-
 void StepStreamReactor::ReadNext() {
   if (is_reading_ || is_read_over_ || is_broken_ || is_ended_) return;
   if (slots_.size() >= context_.limits.max_pipelined_steps) return;
   is_reading_ = true;
-  StartRead(&request_);
+  Read(&request_);
 }
 
 void StepStreamReactor::WriteNext() {
   if (is_writing_ || is_ended_) return;
-  if (is_broken_) return End(ClientHasGone());
+  if (is_broken_) return Close(ClientHasGone());
   if (slots_.empty()) {
-    if (is_read_over_) End(Status::Ok());
+    if (is_read_over_) Close(Status::Ok());
     return;
   }
   Slot& first = *slots_.front();
@@ -103,13 +99,13 @@ void StepStreamReactor::WriteNext() {
   if (!first.answer->ok()) {
     const Status status = first.answer->status();
     slots_.pop_front();
-    return End(status);
+    return Close(status);
   }
   const Status made = WithinMemory([&] {
     response_ = ToByteBuffer(first.answer->value().Next());
     return Status::Ok();
   });
-  if (!made.ok()) return End(made);
+  if (!made.ok()) return Close(made);
   is_writing_ = true;
   if (!first.answer->value().has_next()) {
     held_ = std::move(first.held);
@@ -123,10 +119,12 @@ void StepStreamReactor::CancelAll() {
   for (const auto& slot : slots_) slot->cancel.Cancel();
 }
 
-void StepStreamReactor::End(const Status& status) {
+void StepStreamReactor::Close(const Status& status) {
   is_ended_ = true;
   CancelAll();
-  Finish(ToGrpcStatus(status));
+  v1::StepResponse end;
+  end.set_is_end(true);
+  End(ToGrpcStatus(status), ToByteBuffer({SliceOf(end.SerializeAsString())}));
 }
 
 }  // namespace drape::api

@@ -3,9 +3,9 @@
 
 #include <deque>
 #include <memory>
-#include <mutex>
 #include <optional>
 
+#include "server/api/ending_stream.h"
 #include "server/api/request_log.h"
 #include "server/api/simulation_service.h"
 #include "server/api/step_answer.h"
@@ -16,9 +16,8 @@ namespace drape::api {
 // ends the stream with its status, after the answers before it; later ones are cancelled. When the
 // client has no more requests the stream ends after the last answer. Alive until gRPC and every
 // request under way have let go of it.
-class StepStreamReactor final
-    : public grpc::ServerBidiReactor<Unparsed<v1::StepRequest>, grpc::ByteBuffer>,
-      public std::enable_shared_from_this<StepStreamReactor> {
+class StepStreamReactor final : public EndingStream<Unparsed<v1::StepRequest>, grpc::ByteBuffer>,
+                                public std::enable_shared_from_this<StepStreamReactor> {
  public:
   static StepStreamReactor* Start(const ServiceContext& context, Caller caller);
 
@@ -32,26 +31,20 @@ class StepStreamReactor final
   };
 
   StepStreamReactor(const ServiceContext& context, Caller caller)
-      : context_(context), caller_(std::move(caller)) {}
+      : EndingStream(context, std::move(caller)) {}
 
-  void OnReadDone(bool ok) override;
-  void OnWriteDone(bool ok) override;
+  void OnRequest(bool ok) override;
+  void OnWritten(bool ok) override;
   void OnCancel() override;
-  void OnDone() override;
 
   void OnAnswer(Slot& slot, Result<StepAnswer> answer);
   // With mutex_ held.
   void ReadNext();
   void WriteNext();
   void CancelAll();
-  void End(const Status& status);
+  void Close(const Status& status);
 
-  const ServiceContext& context_;
-  const Caller caller_;
-  std::shared_ptr<StepStreamReactor> self_;  // until OnDone
-
-  std::shared_ptr<void> place_;  // ServiceContext::OpenStream
-  std::mutex mutex_;
+  std::shared_ptr<void> place_;              // ServiceContext::OpenStream
   Unparsed<v1::StepRequest> request_;        // being read
   grpc::ByteBuffer response_;                // being written
   std::shared_ptr<void> held_;               // for it, if it is the last message of its answer
@@ -60,7 +53,7 @@ class StepStreamReactor final
   bool is_read_over_ = false;                // the client sends no more
   bool is_writing_ = false;
   bool is_broken_ = false;  // the client has gone
-  bool is_ended_ = false;   // Finish was called
+  bool is_ended_ = false;   // End was called
 };
 
 }  // namespace drape::api

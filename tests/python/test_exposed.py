@@ -7,6 +7,7 @@ import pytest
 
 import drape
 from conftest import ROOT, certificate_of, sheet
+from stream_ends import all_ends_are_told
 
 BENCH = ROOT / "tests/bench/service"
 # More than a server with one small cloth needs, less than a flood takes from one that has no proxy before it: gigabytes.
@@ -46,6 +47,13 @@ def test_all_kinds_of_requests_pass_encrypted(exposed, tmp_path):
         alone.read()
         assert seen == [8, 9, 10, 11]
         assert np.array_equal(cloths.positions, alone.positions)
+
+
+@pytest.mark.full
+def test_streams_end_as_without_a_proxy(exposed):
+    server, draped = exposed
+    with draped.Proxy(server.address) as proxy:
+        all_ends_are_told(proxy.address)
 
 
 @pytest.mark.full

@@ -19,6 +19,7 @@ import pytest
 import drape
 from conftest import ROOT, sheet
 from drape.private_server import PrivateServer
+from stream_ends import all_ends_are_told
 
 SERVERS = ("a", "b")
 PATIENCE_S = 30
@@ -121,6 +122,11 @@ def test_sessions_spread_and_stay_where_they_are(fleet):
     with pytest.raises(drape.NotFound) as caught:
         drape.connect(fleet.address).session(name="sessions/z-" + 32 * "0")
     assert caught.value.reason == "WRONG_SERVER"
+
+
+@pytest.mark.full
+def test_streams_end_as_with_one_server(fleet):
+    all_ends_are_told(fleet.address)
 
 
 @pytest.mark.full

@@ -235,7 +235,7 @@ def test_nothing_is_sent_again_without_retries(away):
 
 
 def test_what_was_never_sent_is_sent_until_somebody_is_there(restarted):
-    with drape.connect(restarted.address) as client:
+    with drape.connect(restarted.address, retries=Retries(tries=1000, budget=1e9, **QUICK)) as client:
         session = client.session()
         cloths = session.create(sheet())
         restarted.drain()

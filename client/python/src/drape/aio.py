@@ -56,13 +56,17 @@ class _Connection(ConnectionBase):
 
     def open_stream(self, name, route):
         """The grpc call of a method with streams both ways; requests are written to it."""
-        return self.call_of(name)(metadata=self.metadata_of(route))
+        return self.call_of(name)(metadata=self.metadata_of_stream(route))
 
     async def read(self, stream, call, route=None):
         """The next message of `call`, or grpc.aio.EOF. Raises errors of this package alone. stream: whose call it is."""
         try:
             if not stream.is_closed:
-                return await call.read()
+                message = await call.read()
+                if message is not grpc.aio.EOF and message.is_end:
+                    await call.done_writing()
+                    message = await call.read()
+                return message
         except grpc.RpcError as error:
             raise self.error_of(error, route) from None
         except asyncio.CancelledError:

@@ -18,6 +18,9 @@ from .retries import Budget, Retries, Tries, give_id
 SESSION_HEADER = "x-drape-session"
 # A server that came back from its checkpoints refuses requests that know an earlier run of it.
 INCARNATION_HEADER = "x-drape-incarnation"
+# A stream's last message says `is_end`, and the server waits until this client has closed its sending side: else the status
+# would be lost behind HAProxy (server/api/ending_stream.h).
+HALF_CLOSE_HEADER = "x-drape-half-close"
 # grpc.health.v1 in terms of messages of equal wire format.
 HEALTH = "Check"
 _METHODS = {**v1.METHODS, HEALTH: v1.Method("/grpc.health.v1.Health/Check", wrappers_pb2.StringValue,
@@ -131,6 +134,9 @@ class ConnectionBase:
         incarnation = ((INCARNATION_HEADER, route.incarnation),) if route.incarnation else ()
         return (*session, *incarnation, *self._secrets)
 
+    def metadata_of_stream(self, route):
+        return (*self.metadata_of(route), (HALF_CLOSE_HEADER, "1"))
+
     def error_of(self, rpc_error, route=None):
         error = errors.from_rpc(rpc_error)
         if isinstance(error, errors.Unavailable) and self.server is not None:
@@ -198,10 +204,19 @@ class Connection(ConnectionBase):
         """The grpc call of a method with streams both ways, and the queue of its requests, which None ends. gRPC reads the
         queue in a thread of its own, which ends with the call: closed, failed or collected."""
         requests = queue.SimpleQueue()
-        call = self.call_of(name)(iter(requests.get, None), metadata=self.metadata_of(route))
+        call = self.call_of(name)(iter(requests.get, None), metadata=self.metadata_of_stream(route))
         if not call.add_callback(lambda: requests.put(None)):
             requests.put(None)
         return call, requests
+
+    @staticmethod
+    def read(call, requests):
+        """The next message of a stream. Raises StopIteration, and errors of gRPC."""
+        message = next(call)
+        if not message.is_end:
+            return message
+        requests.put(None)
+        return next(call)
 
     def run(self, operation):
         """Does the requests that `operation` yields; returns its result."""

@@ -107,7 +107,7 @@ class Pipeline(PipelineBase):
         answer = self._of_nothing()
         while answer is None:
             try:
-                response = next(self._answers)
+                response = self._cloths._connection.read(self._answers, self._requests)
             except StopIteration:
                 raise self._ended() from None
             except grpc.RpcError as error:

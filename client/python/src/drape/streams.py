@@ -105,7 +105,7 @@ class _Blocking:
 
     def _read(self):
         try:
-            return next(self._call)
+            return self._connection.read(self._call, self._requests)
         except grpc.RpcError as error:
             raise self._connection.error_of(error) from None
 
