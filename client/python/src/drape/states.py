@@ -160,10 +160,13 @@ class Answer(States):
         if view is None:
             return answer
         shape = (0, len(view.particles) or particles, 3)
+        dtype, of_velocities = _of_encoding(view.encoding, dtype)
+        if view.encoding == v1.StateView.FLOAT16:
+            answer.origins = np.empty((0, 3))
         if view.positions or not (view.velocities or view.reductions):  # as the server understands a view
             answer.positions = np.empty(shape, dtype)
         if view.velocities:
-            answer.velocities = np.empty(shape, dtype)
+            answer.velocities = np.empty(shape, of_velocities)
         for name, _, per_cloth in _REDUCTIONS:
             if v1.StateView.Reduction.Value(name.upper()) in view.reductions:
                 setattr(answer, name, np.empty((0, *per_cloth)))
@@ -179,6 +182,12 @@ class Answer(States):
         if len(self.rows) and not self.reports:
             raise errors.FailedPrecondition("measures come with step(report=True)", reason="NO_REPORTS")
         return np.array([getattr(report, name) for report in self.reports])
+
+
+def _of_encoding(encoding, dtype):
+    """What positions and velocities come as; without an encoding as `dtype`."""
+    half = np.dtype(np.float16)
+    return {v1.StateView.FLOAT16: (half, half), v1.StateView.FIXED16: (np.dtype(np.float32), half)}.get(encoding, (dtype, dtype))
 
 
 def view_of(view):
