@@ -66,6 +66,16 @@ WRONG = [
     (lambda c, s: s.frames(every=-1), "every_n_steps: -1 is not"),
     (lambda c, s: s.run(hz="fast"), "steps_hz: 'fast' is not a number"),
     (lambda c, s: s.rollout(-1), "nstep: -1 is not"),
+    (lambda c, s: s.step(view=v1.StateView(reductions=["COVERAGE"])), "view.coverage_radius_m: the reduction COVERAGE needs it"),
+    (lambda c, s: s.step(view=v1.StateView(reductions=["TARGET_DISTANCE"])), "view.target_m: the reduction TARGET_DISTANCE"),
+    (lambda c, s: s.rollout(0), "nstep: 0 is not"),
+    (lambda c, s: s.step(ids=slice("a")), "ids: slice(None, 'a', None): slice indices must be integers"),
+    (lambda c, s: s.grip([1], particles=[0]), "slots: 1 is not below max_grips of the cloths, 1: give their ClothSpec a larger"),
+    (lambda c, s: s.move_grips([2], [0, 0, 0]), "slots: 2 is not below max_grips of the cloths, 1"),
+    (lambda c, s: s.release([3]), "slots: 3 is not below max_grips of the cloths, 1"),
+    (lambda c, s: drape.launch("cuda"), "backend: the server refuses --backend: cuda not in {auto,gl,cpu,reference}"),
+    (lambda c, s: drape.launch("cpu", flags=["--bogus=3"]), "flags: the server refuses The following argument was not expected"),
+    (lambda c, s: drape.launch("cpu", flags=["--threads=x"]), "flags: the server refuses --threads: Value x not in range"),
     (lambda c, s: s.rollout(2, steps=0), "steps: 0 is not"),
     (lambda c, s: s.rollout(2, out=3), "out: the dict of an earlier rollout, or None, got int"),
     (lambda c, s: s.rollout(2, pins="0", pin_targets=[0, 0, 0]), "pins: numbers are needed"),
@@ -96,6 +106,20 @@ def test_what_cannot_be_sent_is_refused_by_field_value_and_range(client, session
         ask(client, cloths)
     assert caught.value.fields[0].field == words.split(":")[0] and caught.value.reason == "BAD_FIELD"
     assert cloths.step().step_count.tolist() == [1, 1, 1] and len(session.list()) == 3
+
+
+@pytest.mark.parametrize("ask, name", [
+    (lambda s: s.randomise(mass=3), "randomise"), (lambda s: s.render_tiles(), "render_tiles"),
+    (lambda s: s.save(), "save"), (lambda s: s._session.create(), "create")])
+def test_errors_of_arguments_name_the_method_that_was_called(session, ask, name):
+    with pytest.raises(TypeError, match=rf"^{name}\(\) (got|missing)"):
+        ask(session.create(sheet()))
+
+
+def test_slices_name_cloths(session):
+    cloths = session.create(sheet(), 5)
+    assert cloths.step(ids=slice(0, 2)).rows.tolist() == [0, 1] and cloths.step(ids=slice(None, None, -2)).rows.tolist() == [4, 2, 0]
+    assert len(cloths.step(ids=slice(3, 3)).rows) == 0 and cloths.step_count.tolist() == [2, 1, 1, 0, 1]
 
 
 def test_numbers_of_numpy_are_numbers(session):

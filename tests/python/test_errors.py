@@ -73,6 +73,16 @@ def test_every_bad_field_is_named(session):
         "spec.material.areal_density_kg_per_m2", "spec.material.friction_static"}
 
 
+def test_of_bad_fields_of_a_batch_the_text_has_the_first_few(session):
+    cloths = session.create(sheet(), count=50)
+    cloths.move_pins([0], [0, float("inf"), 0])
+    with pytest.raises(drape.InvalidArgument) as caught:
+        cloths.step()
+    assert len(caught.value.fields) >= 5
+    assert "[7]" in str(caught.value) and "[10]" not in str(caught.value)
+    assert str(caught.value).endswith(f"; and {len(caught.value.fields) - 3} more")
+
+
 def test_a_quota_names_its_limit(client):
     with client.session() as session, pytest.raises(drape.ResourceExhausted) as caught:
         for count in (1, client.info.limits.max_cloths_per_session):
@@ -115,6 +125,8 @@ def test_a_deadline_is_a_timeout(session):
     with pytest.raises(TimeoutError) as caught:
         cloths.step(100_000, view=None, timeout_s=0.1)
     assert isinstance(caught.value, drape.DeadlineExceeded)
+    assert str(caught.value) == ("DEADLINE_EXCEEDED: Step had no answer within timeout_s, 0.1 s; steps that were complete stay: "
+                                 "`read` tells where the cloths are")
     assert cloths.step().step_count[0] < 100_001  # the batch is usable
 
 

@@ -78,10 +78,14 @@ def test_the_end_of_the_server_is_told_with_its_log():
             cloths.step()
 
 
-def test_a_server_that_does_not_start_says_why():
-    with pytest.raises(drape.Unavailable, match="backend") as caught:
-        drape.launch("quantum")
-    assert caught.value.reason == "SERVER_ENDED"
+def test_a_server_that_does_not_start_says_why(tmp_path):
+    ending = tmp_path / "draped"
+    ending.touch(0o755)
+    for status, said in ((1, "no memory"), (2, "")):  # 2 with words is for flags (test_checks.py)
+        ending.write_text(f"#!/bin/sh\nprintf '{said}'\nexit {status}\n")
+        with pytest.raises(drape.Unavailable, match=rf"ended with status {status} (.|\n)*{said or 'no log'}") as caught:
+            drape.launch(program=str(ending))
+        assert caught.value.reason == "SERVER_ENDED"
     with pytest.raises(drape.NotFound) as caught:
         drape.launch(program="/nowhere/draped")
     assert caught.value.reason == "NO_SERVER_PROGRAM"

@@ -169,12 +169,32 @@ def test_restarts(session, kind):
     ({"grips": [0], "grip_particles": [[[36], [0]]]}, "-1 to 35"), ({"grips": [0], "grip_particles": 0.5}, "whole"),
     ({"constraints": [0]}, "go together"), ({"restart_to": "x"}, "restarts"), ({"restarts": [[1, 0]]}, "mask"),
     ({"restarts": [[True, False]], "restart_to": "x", "restart_transforms": np.zeros(7)}, "restart_transforms"),
+    ({"grips": [1], "grip_particles": [[[3], [0]]]}, "grips: 1 is not below max_grips of the cloths, 1"),
     ({"rest_length_scales": np.ones((2, 2))}, "does not fit"), ({"ids": [5]}, "not one of")])
 def test_columns_that_do_not_fit_are_refused_before_a_step(session, columns, words):
     cloths = session.create(sheet(max_grips=1))
     with pytest.raises(drape.InvalidArgument, match=words):
         cloths.rollout(2, **columns)
     assert cloths.step().step_count == [1]
+
+
+def test_states_that_have_no_room_are_refused_before_a_step(session):
+    cloths = session.create(sheet(64), count=2)
+    with pytest.raises(drape.ResourceExhausted, match=r"positions of shape \(2, 2147483647, 4096, 3\), 2.11e\+05 GB") as caught:
+        cloths.rollout(2**31 - 1)
+    assert caught.value.reason == "NO_MEMORY" and isinstance(caught.value, MemoryError)
+    assert cloths.step(view=None).step_count.tolist() == [1, 1]
+
+
+def test_room_is_of_the_type_that_comes(session, reference):
+    for of in (session, reference.session()):
+        cloths = of.create(sheet(), count=2)
+        for encoding in (0, "FLOAT16", "FIXED16"):
+            view = drape.StateView(positions=True, velocities=True, encoding=encoding)
+            answer, rows = cloths.step(view=view), cloths.rollout(2, view=view)
+            nothing = cloths.step(view=view, ids=[])
+            for name in ("positions", "velocities"):
+                assert getattr(answer, name).dtype == rows[name].dtype == getattr(nothing, name).dtype
 
 
 @pytest.mark.parametrize("failing", [0, 3, 9])
@@ -186,7 +206,7 @@ def test_what_came_before_an_error_is_told(session, spec, failing):
         cloths.rollout(10, constraints=[7], rest_lengths=lengths)
     rows = caught.value.rows
     assert set(rows) == ({"positions", "step_count", "time_s", "faulted"} if failing else set())
-    expected = alone.rollout(failing, constraints=[7], rest_lengths=lengths[:, :failing])
+    expected = alone.rollout(failing, constraints=[7], rest_lengths=lengths[:, :failing]) if failing else {}
     assert all(bits(rows[name]) == bits(expected[name]) for name in rows)
     copy = pickle.loads(pickle.dumps(caught.value))
     assert all(bits(copy.rows[name]) == bits(rows[name]) for name in rows)

@@ -40,6 +40,7 @@ def test_semantics_are_those_of_gymnasium(client, make, mode):
     yours, their_info = theirs.reset(seed=11)
     assert np.array_equal(mine, yours)
     assert np.array_equal(info["performance"], their_info["performance"])
+    assert info["performance"].dtype == info["normalized_performance"].dtype == np.float64
     for step in range(11):
         mine, *rest, info = env.step(actions(step))
         yours, *their_rest, their_info = theirs.step(actions(step))
@@ -199,10 +200,10 @@ def test_actions_are_checked(make):
 
 @pytest.mark.parametrize("name, value", [
     ("observation", "pixels"), ("side", 6.5), ("side", 4), ("max_episode_steps", 0), ("max_episode_steps", 2.5),
-    ("render_mode", "human"), ("client", 3)])
+    ("render_mode", "human"), ("client", 3), ("num_envs", 0), ("num_envs", 1.5)])
 def test_arguments_are_checked(name, value):
     with pytest.raises((ValueError, TypeError), match=f"{name}: .*got {value!r}"):
-        Short(1, **{name: value})
+        Short(**{"num_envs": 1, name: value})
 
 
 def test_a_private_server_has_the_threads_that_are_asked_for():

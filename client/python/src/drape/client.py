@@ -158,8 +158,8 @@ def launch(backend: str = "auto", *, program: str | None = None, flags=(), ready
     that ends.
 
     backend: "auto", "gl", "cpu" or "reference". program: the server; None: see `drape.find_server`. flags: further ones
-    for it, e.g. ["--threads=4"]. timeout_s, retries: see `connect`. Raises NotFound (NO_SERVER_PROGRAM), Unavailable
-    with the end of the server's log.
+    for it, e.g. ["--threads=4"]. timeout_s, retries: see `connect`. Raises InvalidArgument for a backend or flags that
+    the server refuses, NotFound (NO_SERVER_PROGRAM), Unavailable with the end of the server's log.
     """
     server = PrivateServer(backend, program, flags, ready_timeout_s)
     return Client(Connection(server.address, timeout_s=timeout_s, server=server, retries=retries), ready_timeout_s)

@@ -37,8 +37,8 @@ def overrides_of(count, **fields):
 
 
 class ClothsBase(Controls, Pictures, SavedStates):
-    """n cloths of one spec. `ids` of a method: None (all n), indices, or a mask bool[n]; nothing selected does nothing,
-    and answers have no rows. What is one thing of all cloths, a picture, a snapshot or a run, needs one at least.
+    """n cloths of one spec. `ids` of a method: None (all n), indices, a slice, or a mask bool[n]; nothing selected
+    does nothing, and answers have no rows. What is one thing of all cloths, a picture, a snapshot or a run, needs one at least.
 
     Not for several threads at once. Made by `Session.create` and `Session.attach`.
 

@@ -33,9 +33,15 @@ def last_length(name, value):
 
 def rows_of(ids, count):
     """The rows that `ids` means in a batch of `count` cloths: None (every one) as None; indices, which may count from
-    the end, as they are; a mask as the indices of its True. Nothing selected is an empty array, never everything."""
+    the end, and slices as indices; a mask as the indices of its True. Nothing selected is an empty array, never
+    everything."""
     if ids is None:
         return None
+    if isinstance(ids, slice):
+        try:
+            return np.arange(count)[ids]
+        except (TypeError, ValueError) as error:
+            raise errors.bad_field("ids", f"{reprlib.repr(ids)}: {error}") from None
     asked = numbers("ids", ids)
     if asked.dtype == bool:
         if asked.shape != (count,):
@@ -45,7 +51,7 @@ def rows_of(ids, count):
     if asked.size == 0:
         return np.empty(0, dtype=np.intp)
     if asked.ndim != 1 or not np.issubdtype(asked.dtype, np.integer):
-        raise errors.bad_field("ids", f"None, a list of indices, or a mask; got {asked.dtype} of shape {asked.shape}")
+        raise errors.bad_field("ids", f"None, a list of indices, a slice, or a mask; got {asked.dtype} of shape {asked.shape}")
     rows = np.where(asked < 0, asked + count, asked).astype(np.intp)
     if rows.min() < 0 or rows.max() >= count:
         bad = asked[(rows < 0) | (rows >= count)][0]

@@ -164,6 +164,8 @@ class ConnectionBase:
     def _failed(self, rpc_error, call, tries):
         """After a sending that failed: how long to wait before the next one. Raises if there is none."""
         error = self.error_of(rpc_error, call.route)
+        if isinstance(error, errors.DeadlineExceeded) and not error.reason:  # gRPC does not say of what
+            error.message = errors.late(call.method, self.timeout_s if call.timeout_s is None else call.timeout_s)
         error.unanswered_tries = tries.unanswered
         is_over = self.server is not None and self.server.has_ended()
         pause_s = None if is_over or self.closed else tries.pause_after(error)

@@ -17,6 +17,7 @@ class Controls:
 
     num: int
     ids: np.ndarray
+    spec: v1.ClothSpec | None
 
     def move_pins(self, particles, targets, over_s=0.0, ids=None) -> None:
         """Moves pins in a straight line, from the start of the next step on.
@@ -105,7 +106,7 @@ class Controls:
         `particles` is; None: at the particle. What is grabbed keeps its offset from the grip. largest_force_n [N], a
         number or [m, k]: the grip opens at the end of a step over which the cloth pulls it harder on average; costs as
         much as `step(impulses=True)`. Raises InvalidArgument, and what `read` does where it asks for the places of
-        particles; with the step comes InvalidArgument for slots that the cloth has not, and for pins.
+        particles; with the step comes InvalidArgument for pins, and, of attached cloths, for slots that they have not.
         """
         if (particles is None) == (nearest_to is None) or (nearest_to is None) != (radius_m is None):
             raise errors.bad_field("grip", "give particles, or nearest_to and radius_m")
@@ -137,13 +138,21 @@ class Controls:
         self._grips("RELEASE", slots, rows, shape, places=0.0)
 
     def _grips(self, action, slots, rows, shape, places, **values):
-        flat = {"slots": columns.whole("slots", slots, shape).reshape(-1),
+        flat = {"slots": self._slots_of("slots", slots, shape).reshape(-1),
                 "actions": np.full(shape, v1.GripControls.Action.Value(action)).reshape(-1),
                 "targets_m": columns.shaped("targets_m", places, (*shape, 3)).reshape(-1, 3)}
         for name, none in _GRIP_COLUMNS.items():
             spread = columns.whole if name == "particles" else columns.shaped
             flat[name] = spread(name, values.get(name, none), shape).reshape(-1)
         self._pending.add("grip_controls", np.repeat(rows, shape[1]), flat)
+
+    def _slots_of(self, name, slots, shape):
+        """`slots` as indices of grips that the cloths have; of attached ones without a spec the server knows."""
+        indices = columns.whole(name, slots, shape)
+        if self.spec is not None and indices.size and indices.max() >= self.spec.max_grips:
+            raise errors.bad_field(name, f"{indices.max()} is not below max_grips of the cloths, {self.spec.max_grips}: give "
+                                         "their ClothSpec a larger one (max_grips=…, at most 16)")
+        return indices
 
     def _put_back(self, taken, error):
         """The controls of a step that failed by `error` wait again, if nothing was done and they are not what is wrong."""

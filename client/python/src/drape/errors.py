@@ -14,6 +14,7 @@ _DETAILS_KEY = "grpc-status-details-bin"
 # What gRPC itself says of a request for which it found no connection, in all of its versions; no attribute tells it.
 _NO_CONNECTION = ("failed to connect to all addresses", "connections to all backends failing", "DNS resolution failed",
                   "errors resolving ")
+_MOST_TOLD = 4  # bad fields in the text of an error: a batch may have one of each cloth
 _LOST = ("SESSION_NOT_FOUND", "SESSION_EXPIRED", "SESSION_LOST")
 # Why a step was refused before it began, or not sent; WORLD_INCOMPLETE but for a cloth that joined the world meanwhile.
 _NOT_BEGUN = frozenset((
@@ -33,10 +34,11 @@ class Error(Exception):
     """Every failure of this package.
 
     code: canonical name, e.g. "INVALID_ARGUMENT". reason: a constant word for programs, e.g. "SESSION_EXPIRED"; ""
-    where the transport failed. message: for people. fields: every bad field. quotas: the exhausted ones. retry_after_s:
-    the time to wait before a repetition, None if waiting does not help. unanswered_tries: sendings of a request that
-    changes something, before the last one, that had no answer: they may have been done. rows: of a rollout that failed,
-    what came before, as `rollout` returns it, with fewer rows; None of all others.
+    where the transport failed. message: for people. fields: every bad field; the text has the first few. quotas: the
+    exhausted ones. retry_after_s: the time to wait before a repetition, None if waiting does not help.
+    unanswered_tries: sendings of a request that changes something, before the last one, that had no answer: they may
+    have been done. rows: of a rollout that failed, what came before, as `rollout` returns it, with fewer rows; None of
+    all others.
     """
 
     code = "UNKNOWN"
@@ -55,10 +57,12 @@ class Error(Exception):
         self.rows = None
 
     def __str__(self):
-        text = f"{self.reason or self.code}: {self.message}"
-        for field, description in self.fields:
-            if f"{field}: {description}" not in self.message:  # a message may be its only field
-                text += f"; {field}: {description}"
+        told = [f"{field}: {description}" for field, description in self.fields]
+        few = "; ".join(told if len(told) <= _MOST_TOLD else [*told[:_MOST_TOLD - 1], f"and {len(told) - _MOST_TOLD + 1} more"])
+        message = self.message.replace("; ".join(told), few) if told else self.message
+        text = f"{self.reason or self.code}: {message}"
+        if few not in message:  # a message may be its fields
+            text += f"; {few}"
         if self.unanswered_tries:
             text += f"; sent {self.unanswered_tries} times before without an answer: it may have been done"
         return text
@@ -169,6 +173,12 @@ def leaves(error, tables):
     """Whether a step that failed by `error` did nothing, and not because of what these tables of its request hold."""
     named = {field.partition(".")[0].partition("[")[0] for field, _ in error.fields}
     return error.reason in _NOT_BEGUN and not error.unanswered_tries and named.isdisjoint(tables)
+
+
+def late(method, timeout_s):
+    """For an error message: a request that had no answer in time."""
+    stays = "; steps that were complete stay: `read` tells where the cloths are" if method.startswith("Step") else ""
+    return f"{method} had no answer within timeout_s, {timeout_s:g} s{stays}"
 
 
 def from_rpc(error: grpc.RpcError) -> Error:

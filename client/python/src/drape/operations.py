@@ -60,7 +60,7 @@ def blocking(operation: Callable[P, Operation[R]]) -> Callable[P, R]:
 def named(method, operation):
     """`method` with the name and the signature that a user sees: without the underscore, with the result alone."""
     method.__name__ = operation.__name__.lstrip("_")
-    method.__qualname__ = method.__name__
+    method.__qualname__ = operation.__qualname__ = method.__name__  # also in Python's errors of arguments
     signature = inspect.signature(operation)
     result = str(signature.return_annotation)
     if result.startswith("Operation["):

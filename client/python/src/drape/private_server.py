@@ -22,6 +22,7 @@ from . import checks, errors
 _DRAIN_S = 8  # for unfinished work before SIGKILL; nobody waits for its answer
 _POLL_S = 0.005
 _TAIL_BYTES = 4000
+_USAGE_ERROR = 2  # how the server ends that cannot read its flags
 _BUILT = "build/release/bin/draped"  # in a checkout
 
 # Runs in the new process before the server: it dies with its parent, by a signal that cannot be missed. The signal
@@ -138,6 +139,8 @@ class PrivateServer:
             if port and port == previous:  # two equal reads: the file is complete
                 return port
             previous = port
+            if self._process.poll() == _USAGE_ERROR and (said := self._log_text().partition("\n")[0]):
+                raise errors.bad_field("backend" if said.startswith("--backend:") else "flags", f"the server refuses {said}")
             if self._process.poll() is not None:
                 raise errors.Unavailable(f"the server ended with status {self._process.returncode} before it was ready"
                                          + self._log_tail(), reason="SERVER_ENDED")
@@ -146,10 +149,13 @@ class PrivateServer:
                                          reason="SERVER_NOT_READY")
             time.sleep(_POLL_S)
 
-    def _log_tail(self):
+    def _log_text(self):
         size = self._log.seek(0, os.SEEK_END)
         self._log.seek(max(0, size - _TAIL_BYTES))
-        text = self._log.read().decode(errors="replace").strip()
+        return self._log.read().decode(errors="replace").strip()
+
+    def _log_tail(self):
+        text = self._log_text()
         return f"; the end of its log:\n{text}" if text else "; it wrote no log"
 
 

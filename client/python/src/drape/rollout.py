@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import functools
+import math
 
 import numpy as np
 
@@ -17,7 +18,7 @@ def rollout(self, nstep: int, *, steps: int = 1, ids=None, pins=None, pin_target
             collider_positions=None, grips=None, grip_targets=None, grip_particles=None, constraints=None,
             rest_lengths=None, rest_length_scales=None, restarts=None, restart_transforms=None,
             restart_to: str | None = None, view=states.POSITIONS, out=None, progress: bool = False) -> dict:
-    """Steps the m cloths of `ids` `nstep` times through one stream and collects the states.
+    """Steps the m cloths of `ids` `nstep` times, at least once, through one stream and collects the states.
 
     steps: of the simulation per row. Columns have one entry for each cloth and row, [m or 1, nstep, ...], and what they
     move is there at the end of the row. pins: [k] pinned particles and pin_targets: [m, nstep, k, 3]; colliders: [k]
@@ -30,7 +31,8 @@ def rollout(self, nstep: int, *, steps: int = 1, ids=None, pins=None, pin_target
     progress: show a bar (extra `progress`).
     Returns a dict: what the view asks for, e.g. "positions" [m, nstep, particles, 3] or "coverage" [m, nstep] (see
     `Answer`), "step_count", "time_s" and "faulted" [m, nstep].
-    Raises InvalidArgument of columns that do not fit, before the first step; else what `step` and `Pipeline.step` do.
+    Raises, before the first step, InvalidArgument of columns that do not fit, and ResourceExhausted (NO_MEMORY) where this
+    program has no room for the states; else what `step` and `Pipeline.step` do.
     Then `error.rows` has the rows that came before, and `read` tells where the cloths are: up to 4 more may be done.
     """
     plan = _Plan(self, nstep, steps, ids, pins=pins, pin_targets=pin_targets, colliders=colliders,
@@ -41,6 +43,7 @@ def rollout(self, nstep: int, *, steps: int = 1, ids=None, pins=None, pin_target
     rows = _Rows(nstep, out)
     if plan.is_of_nothing:
         return rows.of_nothing(self._nothing(states.view_of(view)))
+    rows.make_room(self._nothing(states.view_of(view)), len(plan.every))
     self._connection.run(plan.begin())
     with rows.told(), self.pipeline(_IN_FLIGHT) as stream:
         for row in _shown(nstep, progress):
@@ -63,6 +66,7 @@ async def awaited_rollout(self, nstep, *, steps=1, ids=None, view=states.POSITIO
     rows = _Rows(nstep, out)
     if plan.is_of_nothing:
         return rows.of_nothing(self._nothing(states.view_of(view)))
+    rows.make_room(self._nothing(states.view_of(view)), len(plan.every))
     await self._connection.run(plan.begin())
     with rows.told():
         async with self.pipeline(_IN_FLIGHT) as stream:
@@ -81,19 +85,19 @@ async def _store_awaited_rest(rows, stream):
 
 
 class _Plan:
-    """What the columns of a rollout ask for, row by row. rows: as of `columns.rows_of`. Methods that may ask the server
+    """What the columns of a rollout ask for, row by row. rows: as of `columns.rows_of`; every: their indices. Methods that may ask the server
     are operations."""
 
     def __init__(self, cloths, nstep, steps, ids, *, pins=None, pin_targets=None, colliders=None, collider_positions=None,
                  grips=None, grip_targets=None, grip_particles=None, constraints=None, rest_lengths=None,
                  rest_length_scales=None, restarts=None, restart_transforms=None, restart_to=None):
-        checks.whole("nstep", nstep, 0, _MOST_ROWS)
+        checks.whole("nstep", nstep, 1, _MOST_ROWS)
         self._steps = checks.whole("steps", steps, 1, 2**32 - 1)
         self._cloths = cloths
         self.rows = columns.rows_of(ids, cloths.num)
-        self._every = cloths._every(self.rows)
-        self._shape = (len(self._every), nstep)
-        self.is_of_nothing = not len(self._every)
+        self.every = cloths._every(self.rows)
+        self._shape = (len(self.every), nstep)
+        self.is_of_nothing = not len(self.every)
         self._over_s = 0.0
         self._moves = []  # (method, elements, values [m, nstep, k, ...])
         for name, elements, of, values, width, control in (
@@ -153,7 +157,7 @@ class _Plan:
         if slots is None:
             return
         count = columns.last_length("grips", slots)
-        self._slots = columns.whole("grips", slots, (count,))
+        self._slots = self._cloths._slots_of("grips", slots, (count,))
         if targets is not None:
             self._targets = self._column("grip_targets", targets, count, 3)
         if particles is None:
@@ -175,23 +179,23 @@ class _Plan:
         at_once = chosen & self._grabs[:, row].any(-1) if self._grabs is not None else np.zeros_like(chosen)
         given = {} if self._transforms is None else {"transforms": self._transforms[:, row]}
         if at_once.any():  # what they are to grab is where that is after the start
-            ids = self._every[at_once]
+            ids = self.every[at_once]
             yield from (self._cloths._load(self._to, ids) if self._to is not None else self._cloths._reset(
                 ids, **{name: values[at_once] for name, values in given.items()}))
         later = chosen & ~at_once
         if later.any():
-            self._cloths.restart(self._every[later], to=self._to, **{name: values[later] for name, values in given.items()})
+            self._cloths.restart(self.every[later], to=self._to, **{name: values[later] for name, values in given.items()})
 
     def _hold(self, row):
         if self._grabs is not None:
             for k, slot in enumerate(self._slots):
                 opens = self._opens[:, row, k]
                 if opens.any():
-                    self._cloths.release([slot], ids=self._every[opens])
+                    self._cloths.release([slot], ids=self.every[opens])
             for k, slot in enumerate(self._slots):
                 grabs = self._grabs[:, row, k]
                 if grabs.any():
-                    yield from self._grab(slot, self._every[grabs], self._held[grabs, row, k])
+                    yield from self._grab(slot, self.every[grabs], self._held[grabs, row, k])
         if self._targets is not None:
             self._cloths.move_grips(self._slots, self._targets[:, row], self._over_s, ids=self.rows)
 
@@ -228,6 +232,14 @@ class _Rows:
         self.arrays = {} if out is None else out
         self._nstep = nstep
         self._done = 0
+        self._stored = set()
+
+    def make_room(self, nothing, count):
+        """For the large arrays of `count` cloths, before the first step. nothing: the answer of none."""
+        for name in ("positions", "velocities"):
+            value = getattr(nothing, name)
+            if value is not None:
+                self._array(name, (count, *value.shape[1:]), value.dtype)
 
     def store(self, *answers):
         """None, while the stream has none yet, is no row."""
@@ -237,7 +249,8 @@ class _Rows:
             for name in states.PER_STEP:
                 value = getattr(answer, name)
                 if value is not None:
-                    self._array(name, value)[:, self._done] = value
+                    self._stored.add(name)
+                    self._array(name, value.shape, value.dtype)[:, self._done] = value
             self._done += 1
 
     @contextlib.contextmanager
@@ -246,7 +259,7 @@ class _Rows:
         try:
             yield
         except errors.Error as error:
-            error.rows = {name: array[:, :self._done] for name, array in self.arrays.items()}
+            error.rows = {name: array[:, :self._done] for name, array in self.arrays.items() if name in self._stored}
             error.message += f"; {self._done} of {self._nstep} rows came before"
             raise
 
@@ -255,12 +268,19 @@ class _Rows:
         self.store(*[answer] * self._nstep)
         return self.arrays
 
-    def _array(self, name, value):
-        shape = (len(value), self._nstep, *value.shape[1:])
+    def _array(self, name, per_row, dtype):
+        """Of this shape and type of a row."""
+        shape = (per_row[0], self._nstep, *per_row[1:])
         array = self.arrays.get(name)
         if array is None:
-            array = self.arrays[name] = np.empty(shape, value.dtype)
-        elif array.shape != shape or array.dtype != value.dtype:
-            raise errors.bad_field(f"out[{name}]", f"must be {value.dtype} of shape {shape}, got "
+            try:
+                array = self.arrays[name] = np.empty(shape, dtype)
+            except (MemoryError, ValueError) as error:  # ValueError: larger than numpy can say
+                raise errors.ResourceExhausted(
+                    f"{name} of shape {shape}, {math.prod(shape) * dtype.itemsize / 1e9:.3g} GB, do not fit into the memory of "
+                    "this program: ask for fewer rows at a time, or for less by a StateView (particles, encoding, "
+                    "reductions)", reason="NO_MEMORY") from error
+        elif array.shape != shape or array.dtype != dtype:
+            raise errors.bad_field(f"out[{name}]", f"must be {dtype} of shape {shape}, got "
                                                    f"{array.dtype} of shape {array.shape}")
         return array

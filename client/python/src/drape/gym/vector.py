@@ -70,6 +70,8 @@ class ClothVectorEnv(VectorEnv):
             raise ValueError(f"max_episode_steps: a whole number >= 1, got {max_episode_steps!r}")
         if render_mode not in (None, *self.metadata["render_modes"]):
             raise ValueError(f"render_mode: None or one of {self.metadata['render_modes']}, got {render_mode!r}")
+        if not isinstance(num_envs, (int, np.integer)) or num_envs < 1:
+            raise ValueError(f"num_envs: a whole number >= 1, got {num_envs!r}")
         if not isinstance(client, (drape.Client, type(None))):
             raise TypeError(f"client: a drape.Client, or None, got {client!r}")
         self.num_envs = num_envs
@@ -278,7 +280,7 @@ class ClothVectorEnv(VectorEnv):
         self._positions[rows] = positions
 
     def _measure(self):
-        return self._performance(self._positions, np.arange(self.num_envs))
+        return self._performance(self._positions, np.arange(self.num_envs)).astype(np.float64)
 
     def _in_world(self, actions):
         """Actions [n, k, 4] within their limits, their motions in the frame of the world."""
