@@ -66,6 +66,8 @@ WRONG = [
     (lambda c, s: s.frames(every=-1), "every_n_steps: -1 is not"),
     (lambda c, s: s.run(hz="fast"), "steps_hz: 'fast' is not a number"),
     (lambda c, s: s.rollout(-1), "nstep: -1 is not"),
+    (lambda c, s: s.step(view=v1.StateView(reductions=["COVERAGE"])), "view.coverage_radius_m: the reduction COVERAGE needs it"),
+    (lambda c, s: s.step(view=v1.StateView(reductions=["TARGET_DISTANCE"])), "view.target_m: the reduction TARGET_DISTANCE"),
     (lambda c, s: s.rollout(0), "nstep: 0 is not"),
     (lambda c, s: s.step(ids=slice("a")), "ids: slice(None, 'a', None): slice indices must be integers"),
     (lambda c, s: s.grip([1], particles=[0]), "slots: 1 is not below max_grips of the cloths, 1: give their ClothSpec a larger"),

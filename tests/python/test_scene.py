@@ -136,3 +136,8 @@ def test_an_object_has_each_name_once():
         drape.scene.parse('{"cloths": [{"spec": {}}], "cloths": []}')
     with pytest.raises(drape.InvalidArgument, match="line 1"):
         drape.scene.parse("{")
+
+
+def test_fields_that_are_legal_are_listed_as_files_write_them():
+    with pytest.raises(drape.InvalidArgument, match=r"\"gravity\" at (.|\n)*'gravity_m_per_s2'"):
+        drape.scene.parse('{"cloths": [{"spec": {"environment": {"gravity": 3}}}]}')

@@ -12,6 +12,7 @@ import json
 import math
 import os
 import pathlib
+import re
 import reprlib
 
 import numpy as np
@@ -31,6 +32,10 @@ class Scene:
 
     def __init__(self, message):
         self.message = message
+
+    def __repr__(self):
+        count = sum(cloth.count if cloth.HasField("count") else 1 for cloth in self.message.cloths)
+        return f"<scene {self.name!r}: {count} cloths, {self.step_count} steps of {self.time_step_s:.4g} s>"
 
     @property
     def name(self) -> str:
@@ -102,7 +107,7 @@ def parse(text: str, folder=".", settings: dict | None = None) -> Scene:
     try:
         json_format.ParseDict(tree, message)
     except json_format.ParseError as error:
-        raise errors.InvalidArgument(str(error), reason="BAD_JSON") from error
+        raise errors.InvalidArgument(_as_in_files(str(error)), reason="BAD_JSON") from error
     _resolve_time_step(message, "settings.time_step_s" in (settings or {}))
     for (k, c), place, file, scale_m in meshes:
         spec = message.cloths[k].spec
@@ -113,6 +118,12 @@ def parse(text: str, folder=".", settings: dict | None = None) -> Scene:
         owner.mesh.CopyFrom(mesh.load(pathlib.Path(folder) / file, scale_m))
     _check_times_and_cloths(message)
     return Scene(message)
+
+
+def _as_in_files(text):
+    """An error of protobuf's with the fields that it lists as scene files write them: in their own names."""
+    said, listing, known = text.partition("Available Fields")
+    return said + listing + re.sub("[A-Z]", lambda letter: f"_{letter[0].lower()}", known)
 
 
 def _unique(pairs):
@@ -208,6 +219,9 @@ class Player:
                 cloths.delete()
             raise
         self._at = [(cloths, row) for cloths in self.cloths for row in range(cloths.num)]
+
+    def __repr__(self):
+        return f"<{self.scene!r} at step {self.step}>"
 
     def advance(self, steps: int | None = None, *, progress: bool = False) -> int:
         """Does `steps` steps (None: to the end of the scene), at most to the end; returns how many. progress: show a

@@ -23,7 +23,14 @@ _REDUCTIONS = (("coverage", "coverages_m2", ()), ("centroid", "centroids_m", (3,
 PER_STEP = ("positions", "velocities", "origins", *(name for name, _, _ in _REDUCTIONS), "step_count", "time_s", "faulted")
 
 
-@dataclasses.dataclass
+def short(thing):
+    """The repr of a dataclass of arrays: their types and shapes, not what is in them."""
+    parts = [f"{field.name} {value.dtype}{list(value.shape)}" for field in dataclasses.fields(thing)
+             if isinstance(value := getattr(thing, field.name), np.ndarray)]
+    return f"<{type(thing).__name__}: {', '.join(parts)}>"
+
+
+@dataclasses.dataclass(repr=False)
 class States:
     """States of m cloths, in the world frame. Arrays are None if they were not asked for.
 
@@ -37,8 +44,18 @@ class States:
     positions: np.ndarray | None = None
     velocities: np.ndarray | None = None
 
+    def __repr__(self):
+        steps = sorted({int(step) for step in self.step_count})
+        at = f" at step {steps[0]}" if len(steps) == 1 else f" at steps {steps[0]} to {steps[-1]}" if steps else ""
+        arrays = [f"{name} {value.dtype}{list(value.shape)}" for name in PER_STEP if name not in ("step_count", "time_s", "faulted")
+                  and (value := getattr(self, name, None)) is not None]
+        faulted = getattr(self, "faulted", None)
+        also = [name for name in ("reports", "grips", "impulses") if getattr(self, name, None)]
+        count = [] if faulted is None else [f"{int(faulted.sum())} faulted"]
+        return f"<{type(self).__name__} of {len(self.rows)} cloths{at}: {', '.join(arrays + also + count)}>"
 
-@dataclasses.dataclass
+
+@dataclasses.dataclass(repr=False)
 class Grips:
     """particles: int64[m, grips], what each grip holds, -1 if it is open. positions [m]: [m, grips, 3], where that is,
     in the environment; of an open one 0. impulses [N s]: [m, grips, 3], what the cloth gave to each grip in the last
@@ -50,6 +67,8 @@ class Grips:
     particles: np.ndarray
     positions: np.ndarray
     impulses: np.ndarray | None = None
+
+    __repr__ = short
 
     def forces(self, time_step_s: float) -> np.ndarray:
         """[m, grips, 3] [N], with which the cloth pulled each grip on average over the last step. time_step_s: that of
@@ -66,7 +85,7 @@ class Grips:
                    _by_slot(message, ids, message.positions_m, 0.0, (3,)), impulses)
 
 
-@dataclasses.dataclass
+@dataclasses.dataclass(repr=False)
 class Impulses:
     """What m cloths gave in a step [N s]: an impulse over the time step is the mean force [N].
 
@@ -81,6 +100,8 @@ class Impulses:
     pins: np.ndarray | None
     particles: np.ndarray | None
     grips: np.ndarray
+
+    __repr__ = short
 
     @classmethod
     def of(cls, response, ids):
@@ -128,7 +149,7 @@ def _by_cloth(rows, values, count):
     return result
 
 
-@dataclasses.dataclass
+@dataclasses.dataclass(repr=False)
 class Answer(States):
     """What a step of m cloths brought. `positions` and `velocities` are read-only: views of the received bytes, above 1 MiB
     arrays made of chunks; every answer has its own, so keeping one is safe.
@@ -194,6 +215,11 @@ def view_of(view):
     """None, or a StateView: the constants of this module, or one with `particles`."""
     if view is not None and not isinstance(view, v1.StateView):
         raise errors.bad_field("view", f"None, drape.POSITIONS, ..., or a StateView, got {type(view).__name__}")
+    if view is not None and v1.StateView.COVERAGE in view.reductions and not view.coverage_radius_m:
+        raise errors.bad_field("view.coverage_radius_m", "the reduction COVERAGE needs it, e.g. StateView(reductions=['COVERAGE'], "
+                                                         "coverage_radius_m=0.02): > 0")
+    if view is not None and v1.StateView.TARGET_DISTANCE in view.reductions and not view.HasField("target_m"):
+        raise errors.bad_field("view.target_m", "the reduction TARGET_DISTANCE needs it, e.g. target_m=drape.pack(target)")
     return view
 
 

@@ -10,7 +10,7 @@ import numpy as np
 from . import checks, columns, errors, states, v1
 
 
-@dataclasses.dataclass
+@dataclasses.dataclass(repr=False)
 class Frame(states.States):
     """States of the cloths that a frame holds. number: of the frame, from 1. dropped: frames that a later one replaced
     since the last, because they were not read in time."""

@@ -9,7 +9,7 @@ import numpy as np
 from . import states
 
 
-@dataclasses.dataclass
+@dataclasses.dataclass(repr=False)
 class Topology:
     """What the rows of a cloth's states are. particles: their number. grid: (columns, rows), None if it is no grid.
     rest_positions [m]: [particles, 3], before any transform. triangles: uint32[t, 3], counter-clockwise seen from
@@ -21,6 +21,11 @@ class Topology:
     triangles: np.ndarray
     edges: np.ndarray
     collider_meshes: dict
+
+    def __repr__(self):
+        grid = "" if self.grid is None else f" (a grid of {self.grid[0]} x {self.grid[1]})"
+        return (f"<topology of {self.particles} particles{grid}: {len(self.triangles)} triangles, {len(self.edges)} edges, "
+                f"{len(self.collider_meshes)} meshes of colliders>")
 
     @classmethod
     def of(cls, message):
