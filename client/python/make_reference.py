@@ -16,7 +16,7 @@ TARGET = HERE / "reference.md"
 HEAD = """# Reference of the Python package
 
 Made by `make_reference.py` from the docstrings. Messages (`ClothSpec`, `StepSettings`, …) are those of
-[the protocol](../../proto/drape/v1).
+[the protocol](../../proto/drape/v1); `help(drape.ClothSpec)` has its comments.
 """
 
 
