@@ -16,7 +16,7 @@ TARGET = HERE / "reference.md"
 HEAD = """# Reference of the Python package
 
 Made by `make_reference.py` from the docstrings. Messages (`ClothSpec`, `StepSettings`, …) are those of
-[the protocol](../../proto/drape/v1).
+[the protocol](../../proto/drape/v1); `help(drape.ClothSpec)` has its comments.
 """
 
 
@@ -34,6 +34,7 @@ CLASSES = [drape.Client, drape.Session, drape.Cloths, drape.States, drape.Answer
            *(error for error in ERRORS if error is not drape.Error),
            drape.gym.ClothVectorEnv, drape.gym.DropFlat,
            drape.gym.FlingFlat, drape.gym.CoverSphere, drape.gym.FoldHalf, drape.gym.Flatten, drape.gym.Hang]
+ENVIRONMENT = drape.gym.ClothVectorEnv  # what tasks have of it is said once, and how all of them are made
 # Their modules need packages that are not always there: read, not imported.
 READ = [("gym/sb3.py", "StableVecEnv"), ("gym/shards.py", "ShardedVectorEnv"), ("viewer/window.py", "Window")]
 MODULES = [scripted, metrics]
@@ -54,6 +55,7 @@ def signature_of(function, name):
     text = f"{name}{inspect.signature(function)}"
     text = re.sub(r"<google[^>]*>|<drape[^>]*>", "POSITIONS", text)
     text = re.sub(r"positions: true\s*", "POSITIONS", text)
+    text = re.sub(r"<(AutoresetMode\.\w+)[^>]*>", r"\1", text)
     text = re.sub(r"= Retries\([^)]*\)", "= Retries()", text)
     text = re.sub(r"Operation\[(.*)\]", r"\1", text)
     text = re.sub(r"(: |-> )'([^']*)'", r"\1\2", text)  # annotations are strings
@@ -96,6 +98,8 @@ def members_of(cls):
     for name, member in inspect.getmembers(cls):
         if name.startswith("_") or name in dir(Exception) or not member.__doc__:
             continue
+        if cls is not ENVIRONMENT and member is getattr(ENVIRONMENT, name, None):
+            continue  # of a task
         if inspect.isfunction(member) and member.__module__.startswith("drape"):
             yield name, signature_of(member, name) + "\n" + text_of(member)
         elif isinstance(member, property) and getattr(member.fget, "__module__", "").startswith("drape"):
@@ -110,6 +114,10 @@ def reference():
         parts.append(f"{signature_of(function, name)}\n{text_of(function)}\n")
     for cls in CLASSES:
         parts.append(f"## {cls.__name__}\n\n{text_of(cls)}\n")
+        if cls is ENVIRONMENT:
+            parts.append(signature_of(cls.__init__, cls.__name__).replace("(self, ", "(") + "\nAlso of every task below.\n")
+        elif issubclass(cls, ENVIRONMENT):
+            parts.append("Arguments and members: those of `ClothVectorEnv`.\n")
         parts += [text + "\n" for _, text in members_of(cls)]
     for module in MODULES:
         parts.append(f"## {module.__name__}\n\n{text_of(module)}\n")

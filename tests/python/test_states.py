@@ -17,7 +17,7 @@ def test_reprs_tell_types_and_shapes_in_one_line(session):
         "<States of 3 cloths at steps 2 to 3: positions float32[3, 1024, 3], velocities float32[3, 1024, 3]>")
     assert repr(cloths.step(ids=[])) == "<Answer of 0 cloths: positions float32[0, 1024, 3], 0 faulted>"
     assert repr(cloths.topology()) == (
-        "<topology of 1024 particles (a grid of 32 x 32): 1922 triangles, 2945 edges, 0 meshes of colliders>")
+        "<topology of 1024 particles (a grid of 32 x 32): 1922 triangles, 1984 edges, 0 meshes of colliders>")
     with cloths.frames() as frames:
         assert repr(next(frames)) == "<Frame of 3 cloths at steps 2 to 3: positions float32[3, 1024, 3]>"
 

@@ -69,6 +69,21 @@ def test_what_a_program_describes_is_in_the_package():
         assert getattr(drape, kind.DESCRIPTOR.name) is kind
 
 
+def test_messages_have_the_comments_of_the_protocol():
+    """A wheel has no proto files."""
+    assert drape.Grid.__doc__.startswith("A rectangle in the xz plane at y = 0 with its corner in the origin: particle index =")
+    assert "\nmax_grips: int. Grips (StepRequest.grip_controls): 0 to 16." in drape.ClothSpec.__doc__
+    assert "\npins: list of Pin\n" in drape.ClothSpec.__doc__
+    assert "\nAt most one of grid, mesh, particles." in drape.ClothSpec.__doc__
+    assert "\n    REALTIME: Many substeps with one iteration each. The default.\n" in drape.StepSettings.__doc__
+    assert "view_direction: list of float. [3] from the eye into the picture" in drape.RenderRequest.Fit.__doc__
+    for name in v1.__all__:
+        kind = getattr(v1, name)
+        assert all(f"{field}: " in kind.__doc__ for field in kind.DESCRIPTOR.fields_by_name), name
+    stub = (pathlib.Path(v1.__file__).parent / "cloth_spec_pb2.pyi").read_text()
+    assert '    """A rectangle in the xz plane' in stub and "\n    max_grips: int. Grips (StepRequest" in stub
+
+
 def test_the_stubs_know_the_fields(tmp_path):
     """For type checkers: each message has a stub with its fields."""
     stubs = "".join(file.read_text() for file in pathlib.Path(v1.__file__).parent.glob("*_pb2.pyi"))

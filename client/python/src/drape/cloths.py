@@ -81,15 +81,16 @@ class ClothsBase(Controls, Pictures, SavedStates):
               impulses: bool = False, ids=None,
               until: int | None = None, expected: int | None = None, timeout_s: float | None = None,
               request_id: str = "") -> Operation[states.Answer]:
-        """Steps the cloths of `ids` and waits. Controls that wait for them take effect first, once: a step that fails takes
-        them along, but where the server has done nothing (QUEUE_FULL, STEP_MISMATCH, ...), or got nothing, and they are
-        not what is wrong: then they go on waiting.
+        """Steps the cloths of `ids` and waits. What `move_pins`, `grip` and the other controls asked for takes effect at
+        the beginning of that step, once. A step that fails uses them up, unless nothing was done (QUEUE_FULL,
+        STEP_MISMATCH, no connection) and they are not what is wrong: then they wait for the next step.
 
         steps: >= 1. until: step until this many are complete instead. expected: every cloth must have completed exactly
         this many, else FailedPrecondition (STEP_MISMATCH). view: what the answer brings: drape.POSITIONS (default),
         VELOCITIES, POSITIONS_AND_VELOCITIES, None, or a StateView with `particles`, an `encoding` or `reductions`, e.g.
-        StateView(reductions=[StateView.TARGET_DISTANCE], target_m=drape.pack(target)). report: measure each cloth after
-        the last step. grips: tell what the grips hold, and where (`Answer.grips`). impulses: tell what the
+        StateView(reductions=["COVERAGE"], coverage_radius_m=0.02) for `answer.coverage`, or
+        StateView(reductions=["TARGET_DISTANCE"], target_m=drape.pack(target)). report: measure each cloth after
+        the last step (`Answer.measure`). grips: tell what the grips hold, and where (`Answer.grips`). impulses: tell what the
         cloths gave to their colliders, pins and grips in the last step (`Answer.impulses`, `Answer.grips.forces`).
         request_id: a repetition of a completed step with the same id gets the same answer and no step.
         Raises InvalidArgument, FailedPrecondition, NotFound (CLOTH_NOT_FOUND), SessionLost, ResourceExhausted,
@@ -150,7 +151,8 @@ class ClothsBase(Controls, Pictures, SavedStates):
         forgets controls that wait.
 
         transforms [m, 7]: position [m] and quaternion x, y, z, w, where each cloth starts this time. overrides: m
-        ClothOverrides, changes of each cloth of its own, from now on (see `randomise`). Raises InvalidArgument,
+        ClothOverrides, one for each cloth: parameters that it has from now on, as `randomise` sets them, e.g.
+        [ClothOverride(damping_per_s=1.0)] * m. Raises InvalidArgument,
         ResourceExhausted, NotFound (CLOTH_NOT_FOUND); nothing has been done then.
         """
         rows = columns.rows_of(ids, self.num)

@@ -39,8 +39,10 @@ class Controls:
             "positions_m": (positions, 3), "rotations_xyzw": (rotations, 4), "over_s": (over_s, 0)})
 
     def set_rest_lengths(self, constraints, lengths, over_s=0.0, ids=None) -> None:
-        """Changes the rest lengths [m] of distance constraints (indices as in RestLengthControls, [k] or [m, k])
-        linearly to `lengths`, [m, k], each > 0; over_s as for `move_pins`. Raises InvalidArgument; with the step come
+        """Changes the rest lengths [m] of distance constraints linearly to `lengths`, [m, k], each > 0; over_s as for
+        `move_pins`. constraints: [k] or [m, k], indices: of `particles`, those of its distance_constraints; of a grid, row *
+        (columns - 1) + column is the edge to the next column, (columns - 1) * rows + row * columns + column that to the
+        next row; of a mesh, see `help(drape.v1.RestLengthControls)`. Raises InvalidArgument; with the step come
         FailedPrecondition (CONSTRAINT_NOT_FOUND), InvalidArgument."""
         self._control("rest_length_controls", constraints, ids, "constraints", {
             "lengths_m": (lengths, 0), "over_s": (over_s, 0)})
@@ -54,10 +56,11 @@ class Controls:
             "over_s": columns.shaped("over_s", over_s, (len(rows),))})
 
     def restart(self, ids=None, *, transforms=None, overrides=None, to: str | None = None, of=None) -> None:
-        """Starts cloths again with their next step, as `reset` does, in the same request as that. to: they go on from what
-        `save` kept by this name, as `load` does with the same `of`, in place of transforms and overrides. Forgets controls
-        of theirs that wait; those that come after act after it. Cloths that wait at the same time have one `to`, and all
-        of them transforms, or overrides, or none; so have those of one `session.step`. Raises InvalidArgument; with the
+        """Starts cloths again with their next step, as `reset` does with these transforms and overrides, but without a
+        request of its own. to: they start from what `save` kept by this name, as `load` does with the same `of`; goes
+        without transforms and overrides. Forgets what `move_pins`, `grip` and the like asked for before; what they ask for
+        after it happens after the start. Cloths that wait for the same step start in one way: from one `to`, or all
+        with transforms, or all with overrides, or with neither; so do those of one `session.step`. Raises InvalidArgument; with the
         step come the errors of `reset` and `load`."""
         rows = self._rows_or_all(ids)
         count = len(rows)

@@ -22,9 +22,10 @@ def rollout(self, nstep: int, *, steps: int = 1, ids=None, pins=None, pin_target
 
     steps: of the simulation per row. Columns have one entry for each cloth and row, [m or 1, nstep, ...], and what they
     move is there at the end of the row. pins: [k] pinned particles and pin_targets: [m, nstep, k, 3]; colliders: [k]
-    indices and collider_positions: likewise. grips: [k] slots, with grip_targets: likewise, and grip_particles:
-    [m, nstep, k], what each holds during the row, -1: nothing; it grabs as `grip` does, at the particle, where that is
-    another one than in the row before, and the stream pauses there. Without it grips hold what they hold. constraints:
+    indices and collider_positions: likewise. grips: [k] slots, with grip_targets: likewise, or grip_particles, or both.
+    grip_particles: [m, nstep, k], the particle that each holds during the row, -1: none. Where that is another one than
+    in the row before, the grip grabs it where it is, as `grip` does; for that the stream waits for the rows before.
+    Without grip_particles grips hold what they held. constraints:
     [k] and rest_lengths: [m, nstep, k]; rest_length_scales: [m, nstep]. restarts: bool[m, nstep], which cloths start
     again before the row, as by `restart`, with restart_transforms [m, nstep, 7], or from what `save` kept by the name
     restart_to. view as in `step`. out: arrays of an earlier call, to be filled again.

@@ -45,7 +45,7 @@ class SessionBase:
                 world: str = "", request_id: str = "", timeout_s: float | None = None) -> Operation[Cloths]:
         """`count` cloths of `spec`, all or none.
 
-        origins [m]: [count, 3] of each cloth's environment in the world (default: all at the origin). transforms:
+        origins [m]: [count, 3], or [3] for all, of each cloth's environment in the world (default: all at the origin). transforms:
         [count, 7] position [m] and quaternion x, y, z, w, in the place of spec.transform. overrides: `count`
         ClothOverrides. world: a name; the cloths touch each other and all others of the session whose world has it, and
         are stepped together with them (`step`). request_id: a repetition with the same id gets the same cloths.

@@ -195,7 +195,9 @@ class Answer(States):
 
     def measure(self, name):
         """A number of every report as an array [m], e.g. `answer.measure("max_strain")`: a field of StepReport, in the
-        unit that its name ends with. Raises FailedPrecondition (NO_REPORTS) without `step(report=True)`,
+        unit that its name ends with: max_strain, rms_strain, strain_p50, strain_p90, strain_p99, kinetic_energy_j,
+        potential_energy_j, strain_energy_j, lowest_m, contacts, max_penetration_m, rms_motion_m, near_pairs, crossings,
+        smallest_distance_m, max_residual_m, iterations … (`help(drape.v1.StepReport)` has them all). Raises FailedPrecondition (NO_REPORTS) without `step(report=True)`,
         InvalidArgument if reports have no such number."""
         field = v1.StepReport.DESCRIPTOR.fields_by_name.get(name) if isinstance(name, str) else None
         if field is None or field.message_type is not None or field.cpp_type == field.CPPTYPE_STRING:

@@ -1,4 +1,10 @@
-"""Policies by hand: what a learner is to be compared with, and a test that each task can be solved."""
+"""Policies by hand: what a learner is to be compared with, and a test that each task can be solved.
+
+Each takes a vector environment after its `reset` and returns the next actions, float32[n, 8]; call it before every step,
+from the first one on: `env.step(scripted.cover(env))`. They look at the environment itself (pickers, starts, elapsed
+actions), not at observations. With autoreset NEXT_STEP the action of a step that begins an episode is ignored.
+`towards` and `lay_down` (for DropFlat) are the parts that they are made of.
+"""
 
 from __future__ import annotations
 

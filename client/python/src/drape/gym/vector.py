@@ -21,18 +21,19 @@ _MOST_PIXELS = 1 << 24  # of tiles in one request
 
 
 class ClothVectorEnv(VectorEnv):
-    """n environments of one task. All semantics are those of gymnasium 1.x: three modes of autoreset, `reset_mask`,
+    """n environments of one task, made as e.g. `DropFlat(64, render_mode="rgb_array")`. All semantics are those of gymnasium 1.x: three modes of autoreset, `reset_mask`,
     seeds per environment (environment i of `reset(seed=s)` has the seed s + i, and its results do not depend on the
     others).
 
-    action: float32[n, 8], per picker a motion [-1, 1]^3 in units of `picker_step_m` per simulated step, and [0, 1]:
-    above 0.5 it closes, and grabs the nearest particle within `picker_radius_m` if it holds none. observation:
+    action: float32[n, 8], per picker a motion [-1, 1]^3, clipped to that, in units of `picker_step_m` per simulated step
+    (an action moves a picker by up to `picker_step_m * action_repeat` along each axis), and [0, 1]: above 0.5 it closes, and grabs the nearest particle within `picker_radius_m` if it holds none. observation:
     float32[n, ...]: positions [m] of keypoints ("keypoints": 5 x 5 of them) or of all particles ("particles"), then of
     the pickers, then 1 or 0 for each that holds. reward: the performance of the task. Episodes are truncated after
-    `max_episode_steps`; one whose cloth blows up is terminated. info: "performance", "normalized_performance" (0 at the
+    `max_episode_steps` (None: the task's `horizon`); one whose cloth blows up is terminated. info: "performance", "normalized_performance" (0 at the
     start, 1 at the best), each [n].
 
-    client: where the cloths live; None: a private server of `backend` (None: the best that the task can use) with
+    autoreset_mode: NEXT_STEP, SAME_STEP or DISABLED, of gymnasium.vector.AutoresetMode. render_mode: None or "rgb_array"
+    (`render` works with both). client: where the cloths live; None: a private server of `backend` (None: the best that the task can use) with
     `threads` threads (None: one per core), which ends with the environment; where Ray or another scheduler has given
     this process a GPU (CUDA_VISIBLE_DEVICES), the server takes that one. side: particles along each edge of the
     sheet; None: the task's. frame: of positions in observations and of motions in actions: "world"; or "start", in
@@ -130,6 +131,9 @@ class ClothVectorEnv(VectorEnv):
     # --- gymnasium
 
     def reset(self, *, seed=None, options=None):
+        """Begins episodes. seed: a whole number, of environment 0 (i has seed + i), or one for each; None: random numbers go
+        on. options: {"reset_mask": bool[n]} for some environments alone. Returns (observations, infos). Raises ValueError
+        and TypeError for wrong arguments, and what the server does."""
         mask = checked_mask(options, self.num_envs)
         seeds = checked_seeds(seed, self.num_envs)
         if mask is None or not self._has_begun:
@@ -142,6 +146,9 @@ class ClothVectorEnv(VectorEnv):
         return self._observe(), self._info(self._measure(), mask)
 
     def step(self, actions):
+        """One action of each environment: float32[n, 8], as of the class. Returns (observations, rewards float64[n],
+        terminated bool[n], truncated bool[n], infos). Raises ValueError for actions of another shape or not finite,
+        RuntimeError before the first `reset` and of environments that have ended where autoreset is DISABLED."""
         actions = self._checked_actions(actions)
         begins = self._done if self.autoreset_mode == AutoresetMode.NEXT_STEP else np.zeros(self.num_envs, bool)
         if self.autoreset_mode == AutoresetMode.DISABLED and self._done.any():
@@ -166,7 +173,9 @@ class ClothVectorEnv(VectorEnv):
         return self._observe(), rewards, terminated, truncated, info
 
     def render(self):
-        """One uint8[height, width, 3] per environment, all by the task's `camera`, in one request for up to 218 of them."""
+        """One uint8[240, 320, 3] per environment, all by the task's `camera`, in one request for up to 218 of them: cloth,
+        floor and what the task puts on it, shadows. Neither pickers nor targets are drawn: `pickers.positions` and
+        `pickers.holds` say where those are. Raises FailedPrecondition (NO_EGL_DEVICE) if the server cannot draw."""
         at_once = max(1, _MOST_PIXELS // (_WIDTH_PX * _HEIGHT_PX))
         every = range(self.num_envs)
         return tuple(picture for begin in every[::at_once] for picture in self.cloths.render_tiles(
@@ -194,6 +203,7 @@ class ClothVectorEnv(VectorEnv):
         self.pickers.attach(restored)
 
     def close_extras(self, **_):
+        """What `close()` ends: the session, and the private server."""
         self._session.close()
         if self._owned is not None:
             self._owned.close()

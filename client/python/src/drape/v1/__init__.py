@@ -1,9 +1,10 @@
-"""The messages of the protocol `drape.v1`, made from its descriptors (proto/drape/v1 has their documentation).
+"""The messages of the protocol `drape.v1`, made from its descriptors, with its comments: `help(drape.Grid)`.
 
 `METHODS` are the requests of the service: name -> Method.
 """
 
 import functools
+import json
 from importlib import resources
 from typing import NamedTuple
 
@@ -21,12 +22,13 @@ class Method(NamedTuple):
     streams_answers: bool
 
 
-def _explain(cls):
-    """Fields that a new message cannot take are an InvalidArgument that names message, field and what is legal, in place of
-    protobuf's TypeError or ValueError, which may name none of them. What is assigned to a message later is protobuf's
-    alone: it is read and written without Python."""
+def _explain(cls, name, docs):
+    """Gives a message its docstring, and errors that say what is wrong: fields that a new message cannot take are an
+    InvalidArgument that names message, field and what is legal, in place of protobuf's TypeError or ValueError, which may
+    name none of them. What is assigned to a message later is protobuf's alone: it is read and written without Python."""
     for nested in cls.DESCRIPTOR.nested_types:
-        _explain(getattr(cls, nested.name))  # which keeps it: else it would be made anew without this
+        _explain(getattr(cls, nested.name), f"{name}.{nested.name}", docs)  # getattr keeps the class, as it is then
+    cls.__doc__ = docs[name]
     initialise = cls.__init__
     if hasattr(initialise, "__wrapped__"):
         return  # this module is loaded again
@@ -47,12 +49,13 @@ def _load():
     pool = descriptor_pool.Default()
     for file in files.file:
         pool.AddSerializedFile(file.SerializeToString())
+    docs = json.loads(resources.files(__name__).joinpath("docs.json").read_text(encoding="utf-8"))
     messages, methods = {}, {}
     for file in files.file:
         described = pool.FindFileByName(file.name)
         for name, message in described.message_types_by_name.items():
             messages[name] = message_factory.GetMessageClass(message)
-            _explain(messages[name])
+            _explain(messages[name], name, docs)
         for service in file.service:
             for method in service.method:
                 methods[method.name] = Method(
