@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from drape import v1
-from drape.gym import metrics, poses
+from drape.gym import marks, metrics, poses
 from drape.gym.vector import ClothVectorEnv
 
 THICKNESS_M = 0.005  # what the cloth keeps from the floor (ClothVectorEnv._material)
@@ -35,6 +35,9 @@ class DropFlat(HangingStart):
         if not self._has_begun:
             self._targets = np.zeros((self.num_envs, self.cloths.particles, 3), np.float32)
         self._targets[rows] = poses.lying(self._starts[rows], self.side, self.side, self.size_m, THICKNESS_M)
+
+    def _outlines(self, rows):
+        return marks.outline(self._targets[rows], self.side)
 
     def _performance(self, positions, rows):
         return -metrics.mean_distance(positions, self._targets[rows])
@@ -124,6 +127,9 @@ class Hang(HangingStart):
         actions = actions.copy()
         actions[self._elapsed >= self._horizon - self.free_actions, 3::4] = 0
         super()._advance(actions, acts)
+
+    def _outlines(self, rows):
+        return marks.outline(self._targets[rows], self.side)
 
     def _performance(self, positions, rows):
         return -metrics.mean_distance(positions, self._targets[rows])

@@ -12,12 +12,12 @@ from gymnasium.vector.utils import batch_space
 
 import drape
 from drape import devices, v1
-from drape.gym import poses
+from drape.gym import marks, poses
 from drape.gym.pickers import Pickers
 
 TIME_STEP_S = 1 / 60
 _WIDTH_PX, _HEIGHT_PX = 320, 240
-_MOST_PIXELS = 1 << 24  # of tiles in one request
+_MOST_PIXELS = 1 << 23  # of tiles with depths in one request
 
 
 class ClothVectorEnv(VectorEnv):
@@ -128,6 +128,10 @@ class ClothVectorEnv(VectorEnv):
         """[m], larger is better, of the environments `rows`: positions [m, particles, 3]."""
         raise NotImplementedError
 
+    def _outlines(self, rows) -> np.ndarray | None:
+        """[m, k, 3]: points where pictures of the environments `rows` show the aim; None: nowhere."""
+        return None
+
     # --- gymnasium
 
     def reset(self, *, seed=None, options=None):
@@ -173,13 +177,13 @@ class ClothVectorEnv(VectorEnv):
         return self._observe(), rewards, terminated, truncated, info
 
     def render(self):
-        """One uint8[240, 320, 3] per environment, all by the task's `camera`, in one request for up to 218 of them: cloth,
-        floor and what the task puts on it, shadows. Neither pickers nor targets are drawn: `pickers.positions` and
-        `pickers.holds` say where those are. Raises FailedPrecondition (NO_EGL_DEVICE) if the server cannot draw."""
+        """One uint8[240, 320, 3] per environment, all by the task's `camera`, in one request for up to 109 of them: the cloth,
+        the floor and what the task puts on it; pickers as discs, blue where they hold something, orange where they are open;
+        of DropFlat and Hang the outline of the target in red. Raises FailedPrecondition (NO_EGL_DEVICE) if the server cannot
+        draw."""
         at_once = max(1, _MOST_PIXELS // (_WIDTH_PX * _HEIGHT_PX))
-        every = range(self.num_envs)
-        return tuple(picture for begin in every[::at_once] for picture in self.cloths.render_tiles(
-            _WIDTH_PX, _HEIGHT_PX, self.camera, ids=every[begin:begin + at_once]))
+        every = np.arange(self.num_envs)
+        return tuple(picture for begin in every[::at_once] for picture in self._drawn(every[begin:begin + at_once]))
 
     def snapshot(self) -> bytes:
         """Everything that the environments go on from, between two actions: cloths, pickers, episodes, random numbers,
@@ -229,6 +233,15 @@ class ClothVectorEnv(VectorEnv):
     def in_action_frame(self, motions):
         """Motions [n, k, 3] of the world as those of an action (`frame`)."""
         return poses.turned(motions, -poses.yaw_of(self._starts)) if self._turns else motions
+
+    def _drawn(self, rows):
+        """[m, height, width, 3]: pictures of these environments."""
+        pictures, depths = self.cloths.render_tiles(_WIDTH_PX, _HEIGHT_PX, self.camera, ids=rows, with_depths=True)
+        if not self._has_begun:
+            return pictures
+        pictures = pictures.copy()
+        marks.draw(pictures, depths, self.camera, self.pickers.positions[rows], self.pickers.holds[rows], self._outlines(rows))
+        return pictures
 
     def _spec(self):
         return v1.ClothSpec(
