@@ -176,7 +176,7 @@ TEST(ImageTest, EveryFileNamesThePortTheServerListensOn) {
 
 TEST(ImageTest, ContainersMayTakeAsLongToStopAsTheServer) {
   const int patience_ms = std::stoi(std::regex_replace(
-      OnlyMatch(ReadFile(kRoot / "server/main.cpp"), R"(kStopPatience\{([\d']+)\})"),
+      OnlyMatch(ReadFile(kRoot / "server/signals.cpp"), R"(kStopPatience\{([\d']+)\})"),
       std::regex("'"), ""));
   for (const char* file : {"compose.yaml", "fleet/compose.yaml", "exposed/compose.yaml"}) {
     const int grace_s =
