@@ -30,8 +30,8 @@ void DivideMemory(const Config& config) {
   MemoryReserve::Keep(std::min(kMost_bytes, MemoryOfProcess_bytes() / 16));
   spdlog::info(
       "memory bytes={} max_state_bytes={} max_model_bytes={} max_saved_bytes={} "
-      "max_mesh_collider_bytes={} "
-      "max_unread_bytes={} max_request_id_bytes={} max_remembered_bytes={} max_transport_bytes={}",
+      "max_mesh_collider_bytes={} max_unread_bytes={} max_request_id_bytes={} "
+      "max_remembered_bytes={} max_transport_bytes={}",
       MemoryOfProcess_bytes(), config.sessions.max_state_bytes, config.sessions.max_model_bytes,
       config.sessions.max_saved_bytes, config.sessions.max_mesh_collider_bytes,
       config.requests.max_unread_bytes, config.sessions.max_request_id_bytes,
@@ -64,7 +64,6 @@ Result<api::ServerOptions> ToServerOptions(const Config& config) {
 
 SessionLimits WithTenantLimits(SessionLimits limits, const BackendDescription& backend) {
   if (backend.is_hardware_gpu) limits.max_state_bytes = 0;  // states are in its memory
-
   TenantLimits& tenant = limits.per_tenant;
   if (tenant.max_sessions == 0) tenant.max_sessions = std::max(1u, limits.max_sessions / 4);
   if (tenant.max_cloths == 0) tenant.max_cloths = 4 * uint64_t{limits.max_cloths_per_session};

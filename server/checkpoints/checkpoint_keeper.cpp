@@ -176,7 +176,7 @@ void CheckpointKeeper::Loop() {
 
 void CheckpointKeeper::WarnIfLate(double round_s) {
   const bool is_late = 4 * round_s > options_.interval_s;
-  if (is_late && !std::exchange(was_late_, is_late)) {
+  if (is_late && !was_late_) {
     spdlog::warn(
         "checkpoints_late round_s={:.1f} interval_s={} message=\"writing takes so long that a "
         "crash "
@@ -299,6 +299,7 @@ void CheckpointKeeper::WriteExpired(const SessionPointer& session) {
 DeviceCommand CheckpointKeeper::LastCommand(std::function<void()> on_written) {
   if (!is_on()) return {};
   return [this, on_written = std::move(on_written)](Backend& backend) {
+    // Whoever holds it waits for the disk alone: this thread has done all commands by now.
     const std::lock_guard lock(round_mutex_);
     const std::vector<SessionPointer> live = sessions_.All();
     for (const SessionPointer& session : live) {

@@ -217,7 +217,6 @@ def refused(cloths, error):
     (lambda cloths: cloths.step(view=drape.StateView(reductions=[drape.StateView.COVERAGE])), drape.InvalidArgument),
     (lambda cloths: cloths._session.step([cloths], expected=7), drape.FailedPrecondition),
     (lambda cloths: refused(cloths, drape.ResourceExhausted(reason="QUEUE_FULL")), None),
-    (lambda cloths: refused(cloths, drape.Unavailable(reason="DRAINING")), None),
     (lambda cloths: refused(cloths, drape.Cancelled(reason="DEADLINE_PASSED")), None)])
 def test_controls_wait_on_where_a_step_was_not_begun(session, ask, kind):
     cloths = session.create(sheet(max_grips=1), count=2)

@@ -2,6 +2,8 @@
 
 #include <google/rpc/status.pb.h>
 
+#include <thread>
+
 namespace drape::test {
 namespace {
 
@@ -65,6 +67,14 @@ v1::StepRequest StepsOf(const std::string& session, const Ids& ids, uint32_t ste
   request.set_all_cloths(ids.empty());
   request.set_steps(steps);
   return request;
+}
+
+std::unique_ptr<grpc::ClientReaderWriter<v1::StepRequest, v1::StepResponse>> BeginEndlessSteps(
+    Stub& stub, grpc::ClientContext& context, const std::string& session, const Ids& ids) {
+  auto stream = stub.StepStream(&context);
+  EXPECT_TRUE(stream->Write(StepsOf(session, ids, 1000000)));
+  while (Get(stub, session, ids[0]).step() == 0) std::this_thread::yield();
+  return stream;
 }
 
 v1::StepResponse Step(Stub& stub, const v1::StepRequest& request) {

@@ -3,8 +3,10 @@
 
 #include <google/rpc/error_details.pb.h>
 #include <grpcpp/client_context.h>
+#include <grpcpp/support/sync_stream.h>
 #include <gtest/gtest.h>
 
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -51,6 +53,9 @@ Ids Create(Stub& stub, const v1::CreateClothsRequest& request);
 v1::StepRequest StepsOf(const std::string& session, const Ids& ids, uint32_t steps);
 v1::StepResponse Step(Stub& stub, const v1::StepRequest& request);
 v1::Cloth Get(Stub& stub, const std::string& session, uint64_t id);
+// A stream with a request for more steps than anybody waits for, of which some are complete.
+std::unique_ptr<grpc::ClientReaderWriter<v1::StepRequest, v1::StepResponse>> BeginEndlessSteps(
+    Stub& stub, grpc::ClientContext& context, const std::string& session, const Ids& ids);
 // All chunks of ReadStates, positions and velocities.
 std::vector<v1::StateChunk> Read(Stub& stub, const std::string& session, const Ids& ids);
 // Bytes of positions and velocities of the cloths: equal strings mean equal bits.

@@ -190,9 +190,7 @@ TEST_F(Checkpoints, SignalsThatComeAgainEndTheGraceAndNotTheWriting) {
   const std::string session = NewSession(*stub);
   const Ids ids = Create(*stub, HangingSheet(session, 32));
   grpc::ClientContext context;
-  const auto stream = stub->StepStream(&context);
-  ASSERT_TRUE(stream->Write(StepsOf(session, ids, 1000000)));
-  while (Get(*stub, session, ids[0]).step() == 0) std::this_thread::yield();
+  const auto stream = BeginEndlessSteps(*stub, context, session, ids);
   server.Signal(SIGTERM);
   ASSERT_TRUE(Wait([&] { return server.Log().find("draining") != std::string::npos; }));
   server.Signal(SIGTERM);

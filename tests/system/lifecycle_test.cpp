@@ -71,9 +71,7 @@ TEST(Lifecycle, WorkThatOutlivesTheGraceEndsWithUnavailable) {
   const std::string session = NewSession(*stub);
   const Ids ids = Create(*stub, HangingSheet(session, 32));
   grpc::ClientContext context;
-  const auto stream = stub->StepStream(&context);
-  ASSERT_TRUE(stream->Write(StepsOf(session, ids, 1000000)));
-  while (Get(*stub, session, ids[0]).step() == 0) std::this_thread::yield();
+  const auto stream = BeginEndlessSteps(*stub, context, session, ids);
   server.Signal(SIGTERM);
   v1::StepResponse response;
   EXPECT_FALSE(stream->Read(&response));
@@ -91,9 +89,7 @@ TEST(Lifecycle, ASecondSignalEndsTheServerAtOnce) {
   const std::string session = NewSession(*stub);
   const Ids ids = Create(*stub, HangingSheet(session, 32));
   grpc::ClientContext context;
-  const auto stream = stub->StepStream(&context);
-  ASSERT_TRUE(stream->Write(StepsOf(session, ids, 1000000)));
-  while (Get(*stub, session, ids[0]).step() == 0) std::this_thread::yield();
+  const auto stream = BeginEndlessSteps(*stub, context, session, ids);
   server.Signal(SIGTERM);
   while (server.Log().find("draining") == std::string::npos) std::this_thread::yield();
   std::this_thread::sleep_for(std::chrono::milliseconds(1200));  // sooner it is the same again

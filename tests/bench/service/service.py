@@ -293,6 +293,22 @@ def memory(bench):
                       **latency(level))
 
 
+def states(bench):
+    """Resident memory of the server for the states of cloths, by their size, each with a server of its own: created and
+    stepped once, beside two cloths of the same model. `--max-state-bytes` counts 8192 bytes for each and 160 for a particle."""
+    for side, count in ((2, 30_000), (16, 4096), (32, 1024), (128, 64), (512, 4)):
+        spec = ClothSpec(grid=Grid(columns=side, rows=side, width_m=1, height_m=1), pins=[Pin(particle=0)])
+        count = max(1, count // 8) if bench.is_quick else count
+        with bench.draped() as server, drape.connect(server.address) as client, client.session() as session:
+            session.create(spec, 2).step(view=None)
+            before_mb = server.resident_mb()
+            session.create(spec, count).step(view=None)
+            taken_bytes = (server.resident_mb() - before_mb) * 1024_000  # of 1000 KiB each
+        particles = count * side**2
+        bench.add("states", f"{count} cloths of {side * side} particles", bytes_per_cloth=taken_bytes / count,
+                  bytes_per_particle=taken_bytes / particles, of_what_counts=taken_bytes / (8192 * count + 160 * particles))
+
+
 def floods(bench):
     """Memory, and the latency of an undisturbed client's Step, while two clients of another address flood the server, and
     while they flood it through the proxy of docker/exposed. Without the proxy the server may take 12 GB of memory."""
@@ -374,7 +390,7 @@ def settled_bytes(folder):
 
 
 PARTS = {part.__name__: part
-         for part in (sessions, requests, viewers, stalled, audience, neighbours, creations, fairness, saved, memory, floods, restart, traffic)}
+         for part in (sessions, requests, viewers, stalled, audience, neighbours, creations, fairness, saved, memory, states, floods, restart, traffic)}
 
 
 def table(rows):

@@ -16,9 +16,10 @@ _NO_CONNECTION = ("failed to connect to all addresses", "connections to all back
                   "errors resolving ")
 _MOST_TOLD = 4  # bad fields in the text of an error: a batch may have one of each cloth
 _LOST = ("SESSION_NOT_FOUND", "SESSION_EXPIRED", "SESSION_LOST")
-# Why a step was refused before it began, or not sent; WORLD_INCOMPLETE but for a cloth that joined the world meanwhile.
+# Why a step was refused before it began, or not sent; WORLD_INCOMPLETE but for a cloth that joined the world meanwhile. Not
+# DRAINING: it also ends steps that have begun.
 _NOT_BEGUN = frozenset((
-    "QUEUE_FULL", "RATE_EXCEEDED", "TOO_MANY_UNREAD_BYTES", "TOO_MANY_REQUEST_BYTES", "TOO_MANY_REQUEST_IDS", "DRAINING",
+    "QUEUE_FULL", "RATE_EXCEEDED", "TOO_MANY_UNREAD_BYTES", "TOO_MANY_REQUEST_BYTES", "TOO_MANY_REQUEST_IDS",
     "DEADLINE_PASSED", "STEP_MISMATCH", "STATE_LOST", "WORLD_INCOMPLETE", "WORLD_FAULTED", "INVALID_FIELDS", "INVALID_TOKEN",
     "BAD_FIELD", "CLIENT_CLOSED", "FORKED_PROCESS"))
 
