@@ -62,8 +62,9 @@ int ShowTenants(const AdminOptions& options) {
     std::cout << MessagesJson(tenants) << "\n";
     return kDone;
   }
-  Rows rows = {{"tenant", "sessions", "cloths", "particles", "saved", "answers", "unread", "steps",
-                "builds", "particle-substeps/s", "limit", "wait", "builders", "limit", "wait"}};
+  Rows rows = {{"tenant", "sessions", "cloths", "particles", "saved", "answers", "unread",
+                "steps waiting", "builds waiting", "particle-substeps/s", "limit", "wait",
+                "builders", "limit", "wait"}};
   for (const v1::TenantUse& use : tenants) {
     rows.push_back(
         {use.name().empty() ? "(none)" : Printable(use.name()), std::to_string(use.session_count()),

@@ -55,7 +55,7 @@ Health Client::CheckHealth(const std::string& service) const {
   HealthCheckRequest request;
   request.set_value(service);
   HealthCheckResponse response;
-  connection_->Send({}, /*is_repeatable=*/true, [&](grpc::ClientContext* context) {
+  connection_->Send({}, Twice::kReadsAgain, [&](grpc::ClientContext* context) {
     std::promise<grpc::Status> done;
     stub.UnaryCall(context, "/grpc.health.v1.Health/Check", grpc::StubOptions(), &request,
                    &response, [&done](grpc::Status status) { done.set_value(std::move(status)); });

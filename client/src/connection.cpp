@@ -78,14 +78,14 @@ void Connection::AddHeaders(grpc::ClientContext* context, const SessionRoute& ro
   if (!options.token.empty()) context->AddMetadata("authorization", "Bearer " + options.token);
 }
 
-void Connection::Send(const SessionRoute& route, bool is_repeatable,
+void Connection::Send(const SessionRoute& route, Twice twice,
                       const std::function<grpc::Status(grpc::ClientContext*)>& once,
                       double limit_s) const {
   auto deadline = std::chrono::system_clock::time_point::max();
   for (const double limit : {options.request_timeout_s, limit_s}) {
     if (limit > 0) deadline = std::min(deadline, After(limit));
   }
-  Tries tries(options.retries, *budget, is_repeatable);
+  Tries tries(options.retries, *budget, twice);
   while (true) {
     grpc::ClientContext context;
     AddHeaders(&context, route);
@@ -96,7 +96,10 @@ void Connection::Send(const SessionRoute& route, bool is_repeatable,
     details.unanswered_tries = tries.unanswered();
     const bool is_over = private_server != nullptr && private_server->has_ended();
     const auto pause = is_over ? std::nullopt : tries.PauseAfter(details);
-    if (!pause || std::chrono::system_clock::now() + *pause >= deadline) Throw(std::move(details));
+    if (!pause || std::chrono::system_clock::now() + *pause >= deadline) {
+      if (tries.IsInDoubt(details)) details.message += "; it may have been done";
+      Throw(std::move(details));
+    }
     std::this_thread::sleep_for(*pause);
   }
 }

@@ -47,7 +47,7 @@ struct Connection {
   // Sends a request by `once`, which gets a context with its deadline, and again while retries.h
   // and the deadline allow it. Throws what it ends with. `limit_s` [s]: of all tries together, if
   // that is less than the limit of the connection; 0: none.
-  void Send(const SessionRoute& route, bool is_repeatable,
+  void Send(const SessionRoute& route, Twice twice,
             const std::function<grpc::Status(grpc::ClientContext*)>& once,
             double limit_s = 0) const;
 
@@ -58,7 +58,7 @@ struct Connection {
                 const Request& request, const SessionRoute& route = {}, double limit_s = 0) const {
     Response response;
     Send(
-        route, IsRepeatable(request),
+        route, IfSentTwice(request),
         [&](grpc::ClientContext* context) { return (of.*method)(context, request, &response); },
         limit_s);
     return response;

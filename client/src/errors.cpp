@@ -43,8 +43,9 @@ std::string OneLine(const ErrorDetails& details) {
     text += "; " + violation.field + ": " + violation.description;
   }
   if (details.unanswered_tries > 0) {
-    text += "; sent " + std::to_string(details.unanswered_tries) +
-            " times before without an answer: it may have been done";
+    const uint32_t tries = details.unanswered_tries;
+    text += "; sent " + (tries == 1 ? std::string("once") : std::to_string(tries) + " times") +
+            " before without an answer: it may have been done";
   }
   return text;
 }

@@ -30,6 +30,17 @@ double RandomJitter() {
   return std::uniform_real_distribution<double>(0, kJitter)(random);
 }
 
+// There was no connection: no server has seen the request. As gRPC (1.51 and newer) begins to say.
+bool IsUnsent(const ErrorDetails& details) {
+  if (!details.reason.empty()) return false;
+  for (const char* start :
+       {"failed to connect to all addresses", "connections to all backends failing",
+        "DNS resolution failed", "errors resolving "}) {
+    if (details.message.starts_with(start)) return true;
+  }
+  return false;
+}
+
 std::chrono::nanoseconds Seconds(double seconds) {
   return std::chrono::duration_cast<std::chrono::nanoseconds>(
       std::chrono::duration<double>(seconds));
@@ -68,11 +79,18 @@ std::optional<std::chrono::nanoseconds> Tries::PauseAfter(const ErrorDetails& de
   if (++sent_ >= options_.max_tries || !is_within_budget) return std::nullopt;
   // Who asks to wait has done nothing, so that any request may be sent again.
   if (is_asked_to_wait) return asked();
-  if (!is_repeatable_) return std::nullopt;
-  ++unanswered_;
+  if (!IsUnsent(details)) {
+    if (twice_ == Twice::kDoesAgain) return std::nullopt;
+    if (twice_ == Twice::kIsKnown) ++unanswered_;
+  }
   const double pause_s =
-      std::min(options_.first_pause_s * std::pow(2.0, unanswered_ - 1), options_.max_pause_s);
+      std::min(options_.first_pause_s * std::pow(2.0, pauses_++), options_.max_pause_s);
   return Seconds(pause_s * (1 - kJitter + 2 * jitter));
+}
+
+bool Tries::IsInDoubt(const ErrorDetails& details) const {
+  return twice_ != Twice::kReadsAgain && unanswered_ == 0 &&
+         details.code == ErrorCode::kUnavailable && details.reason.empty() && !IsUnsent(details);
 }
 
 bool IsRepeatableStep(const v1::StepRequest& request) {

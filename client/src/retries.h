@@ -47,24 +47,33 @@ class RequestIds {
   std::atomic<uint64_t> count_ = 0;
 };
 
+// What a request does that arrives twice.
+enum class Twice {
+  kReadsAgain,  // it changes nothing
+  kIsKnown,     // nothing: the server knows it again
+  kDoesAgain,   // so it is not sent again, unless nobody can have seen it
+};
+
 // The sendings of one request.
 class Tries {
  public:
-  // `options` and `budget` outlive it. `is_repeatable`: it does no harm if the request arrives
-  // twice, because it changes nothing or the server knows it again.
-  Tries(const RetryOptions& options, RetryBudget& budget, bool is_repeatable)
-      : options_(options), budget_(budget), is_repeatable_(is_repeatable) {}
+  // `options` and `budget` outlive it.
+  Tries(const RetryOptions& options, RetryBudget& budget, Twice twice)
+      : options_(options), budget_(budget), twice_(twice) {}
 
   // After a sending that ended like this: how long to wait before the next one. Unset: none.
   std::optional<std::chrono::nanoseconds> PauseAfter(const ErrorDetails& details);
-  // Sendings so far about which nobody knows whether they were done.
+  // Sendings so far that may have changed something, about which nobody knows whether they did.
   uint32_t unanswered() const { return unanswered_; }
+  // The sending that ended like this may have changed something, and unanswered() does not say it.
+  bool IsInDoubt(const ErrorDetails& details) const;
 
  private:
   const RetryOptions& options_;
   RetryBudget& budget_;
-  const bool is_repeatable_;
+  const Twice twice_;
   uint32_t sent_ = 0;  // without those that found an earlier one under way
+  uint32_t pauses_ = 0;
   uint32_t unanswered_ = 0;
 };
 
@@ -83,13 +92,15 @@ inline constexpr bool kIsIdempotent =
 bool IsRepeatableStep(const v1::StepRequest& request);
 
 template <class Request>
-bool IsRepeatable(const Request& request) {
-  if constexpr (std::is_same_v<Request, v1::StepRequest>) {
-    return IsRepeatableStep(request);
+Twice IfSentTwice(const Request& request) {
+  if constexpr (kIsIdempotent<Request>) {
+    return Twice::kReadsAgain;
+  } else if constexpr (std::is_same_v<Request, v1::StepRequest>) {
+    return IsRepeatableStep(request) ? Twice::kIsKnown : Twice::kDoesAgain;
   } else if constexpr (requires { request.request_id(); }) {
-    return !request.request_id().empty();
+    return request.request_id().empty() ? Twice::kDoesAgain : Twice::kIsKnown;
   } else {
-    return kIsIdempotent<Request>;
+    return Twice::kDoesAgain;
   }
 }
 

@@ -60,10 +60,10 @@ SessionRoute Session::Impl::Route() const {
   return {name, incarnation};
 }
 
-void Session::Impl::Send(bool is_repeatable,
+void Session::Impl::Send(Twice twice,
                          const std::function<grpc::Status(grpc::ClientContext*)>& once) const {
   try {
-    connection->Send(Route(), is_repeatable, once);
+    connection->Send(Route(), twice, once);
   } catch (const Error& error) {
     ErrorDetails details = error.details();
     AddLoss(*told_step, &details);
@@ -74,7 +74,7 @@ void Session::Impl::Send(bool is_repeatable,
 States Session::Impl::Read(v1::ReadStatesRequest request) const {
   request.set_session(name);
   std::vector<v1::StateChunk> chunks;
-  Send(IsRepeatable(request), [&](grpc::ClientContext* context) {
+  Send(IfSentTwice(request), [&](grpc::ClientContext* context) {
     chunks.clear();
     const auto reader = connection->stub->ReadStates(context, request);
     for (v1::StateChunk chunk; reader->Read(&chunk);) chunks.push_back(std::move(chunk));
@@ -240,7 +240,7 @@ SteppedStates Session::StepStates(v1::StepRequest request) {
   request.set_session(impl_->name);
   impl_->GiveId(&request);
   StepParts parts;
-  impl_->Send(IsRepeatable(request), [&](grpc::ClientContext* context) {
+  impl_->Send(IfSentTwice(request), [&](grpc::ClientContext* context) {
     parts.Clear();
     const auto reader = impl_->connection->stub->StepInChunks(context, request);
     for (v1::StepResponse part; reader->Read(&part);) parts.Add(std::move(part));

@@ -33,8 +33,7 @@ struct Session::Impl {
   SessionRoute Route() const;
 
   // Connection::Send for what the session holds: an error says what is lost with it.
-  void Send(bool is_repeatable,
-            const std::function<grpc::Status(grpc::ClientContext*)>& once) const;
+  void Send(Twice twice, const std::function<grpc::Status(grpc::ClientContext*)>& once) const;
 
   // Gives a request an id, if it has none and the options want that.
   template <class Request>
@@ -51,7 +50,7 @@ struct Session::Impl {
     request.set_session(name);
     if constexpr (requires { request.request_id(); }) GiveId(&request);
     Response response;
-    Send(IsRepeatable(request), [&](grpc::ClientContext* context) {
+    Send(IfSentTwice(request), [&](grpc::ClientContext* context) {
       return (*connection->stub.*method)(context, request, &response);
     });
     return response;

@@ -32,7 +32,7 @@ std::string Session::Impl::Export(const std::string& saved_name) const {
   for (uint32_t cuts = 0;; ++cuts) {
     const size_t before = bytes.size();
     try {
-      Send(IsRepeatable(request), more);
+      Send(IfSentTwice(request), more);
       return bytes;
     } catch (const Error& error) {
       const bool goes_on = error.code() == ErrorCode::kUnavailable && cuts < kMaxCuts &&
@@ -79,7 +79,7 @@ RestoredCloths Session::Restore(std::string_view snapshot, bool inexact,
   first.mutable_begin()->set_request_id(request_id);
   impl_->GiveId(first.mutable_begin());
   v1::ImportClothsResponse response;
-  impl_->Send(IsRepeatable(first.begin()), [&](grpc::ClientContext* context) {
+  impl_->Send(IfSentTwice(first.begin()), [&](grpc::ClientContext* context) {
     const auto writer = impl_->connection->stub->ImportCloths(context, &response);
     bool is_open = writer->Write(first);
     v1::ImportClothsRequest request;

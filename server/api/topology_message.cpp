@@ -1,7 +1,11 @@
 #include "server/api/topology_message.h"
 
+#include <algorithm>
 #include <cstring>
 #include <initializer_list>
+#include <numeric>
+#include <span>
+#include <vector>
 
 #include "server/scene/distance_map.h"
 
@@ -28,6 +32,25 @@ void SetPositions(size_t count, const Rows& row, v1::PackedArray* array) {
   array->mutable_data()->reserve(count * 3 * sizeof(double));
   for (size_t k = 0; k < count; ++k) {
     for (int axis = 0; axis < 3; ++axis) AppendBytes(row(k)[axis], array->mutable_data());
+  }
+}
+
+// In the order of the description, not of the colours.
+void SetEdges(const SceneModel& model, v1::Topology& message) {
+  const std::span<const uint32_t> sources = model.constraint_sources();
+  std::vector<uint32_t> order(sources.size());
+  std::iota(order.begin(), order.end(), 0);
+  std::ranges::sort(order, {}, [&](uint32_t k) { return sources[k]; });
+  BeginArray(v1::PackedArray::UINT32, order.size(), 2, message.mutable_edges());
+  v1::PackedArray& indices = *message.mutable_edge_constraints();
+  indices.set_data_type(v1::PackedArray::UINT32);
+  indices.add_shape(static_cast<uint32_t>(order.size()));
+  for (const uint32_t k : order) {
+    const DistanceConstraint& constraint = model.constraints()[k];
+    for (const uint32_t end : {constraint.i, constraint.j}) {
+      AppendBytes(model.DescribedOf(end), message.mutable_edges()->mutable_data());
+    }
+    AppendBytes(sources[k], indices.mutable_data());
   }
 }
 
@@ -66,12 +89,7 @@ v1::Topology TopologyOf(const ClothRecord& cloth) {
       AppendBytes(model.DescribedOf(corner), message.mutable_triangles()->mutable_data());
     }
   }
-  BeginArray(v1::PackedArray::UINT32, model.constraint_count(), 2, message.mutable_edges());
-  for (const DistanceConstraint& constraint : model.constraints()) {
-    for (const uint32_t end : {constraint.i, constraint.j}) {
-      AppendBytes(model.DescribedOf(end), message.mutable_edges()->mutable_data());
-    }
-  }
+  SetEdges(model, message);
   const std::vector<Collider>& colliders = description->parameters.colliders;
   for (size_t k = 0; k < colliders.size(); ++k) {
     const auto map = MapOf(colliders[k]);

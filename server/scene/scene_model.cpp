@@ -148,7 +148,7 @@ Result<std::shared_ptr<const SceneModel>> SceneModel::Build(const ModelDescripti
   if (!violations.empty()) return Status::InvalidFields(std::move(violations));
 
   const auto model = std::shared_ptr<SceneModel>(new SceneModel());
-  model->particle_of_vertex_ = std::move(system.particle_of_vertex);
+  model->SetVertices(std::move(system.particle_of_vertex));
   model->mesh_repair_ = system.mesh_repair;
   model->SetParticles(std::move(system.rest_positions_m), std::move(system.masses_kg),
                       description.pinned_particles);
@@ -168,6 +168,14 @@ Result<std::shared_ptr<const SceneModel>> SceneModel::Build(const ModelDescripti
   return std::shared_ptr<const SceneModel>(model);
 }
 
+void SceneModel::SetVertices(std::vector<uint32_t> particle_of_vertex) {
+  particle_of_vertex_ = std::move(particle_of_vertex);
+  // Particles are numbered by the first vertices that they stand for.
+  for (uint32_t vertex = 0; vertex < particle_of_vertex_.size(); ++vertex) {
+    if (particle_of_vertex_[vertex] == first_vertices_.size()) first_vertices_.push_back(vertex);
+  }
+}
+
 void SceneModel::SetParticles(std::vector<Eigen::Vector3d> positions_m,
                               std::vector<double> masses_kg, std::vector<uint32_t> pins) {
   rest_positions_m_ = std::move(positions_m);
@@ -179,13 +187,6 @@ void SceneModel::SetParticles(std::vector<Eigen::Vector3d> positions_m,
   inverse_masses_per_kg_.reserve(masses_kg_.size());
   for (const double mass : masses_kg_) inverse_masses_per_kg_.push_back(1 / mass);
   for (const uint32_t pin : pins_) inverse_masses_per_kg_[pin] = 0;
-}
-
-uint32_t SceneModel::DescribedOf(uint32_t particle) const {
-  if (!has_merged_vertices()) return particle;
-  // Particles are numbered by the first vertices that they stand for.
-  const auto first = std::ranges::find(particle_of_vertex_, particle);
-  return static_cast<uint32_t>(first - particle_of_vertex_.begin());
 }
 
 void SceneModel::SetConnections(ParticleSystem& system) {

@@ -60,7 +60,9 @@ class SceneModel {
     return has_merged_vertices() ? particle_of_vertex_[described] : described;
   }
   // The first one that `particle` stands for.
-  uint32_t DescribedOf(uint32_t particle) const;
+  uint32_t DescribedOf(uint32_t particle) const {
+    return has_merged_vertices() ? first_vertices_[particle] : particle;
+  }
   uint32_t constraint_count() const { return static_cast<uint32_t>(constraints_.size()); }
   uint32_t colour_count() const { return static_cast<uint32_t>(colour_offsets_.size()) - 1; }
   uint32_t joint_count() const { return static_cast<uint32_t>(joints_.size()); }
@@ -169,6 +171,7 @@ class SceneModel {
  private:
   SceneModel() = default;
   // The steps of Build, in this order.
+  void SetVertices(std::vector<uint32_t> particle_of_vertex);
   void SetParticles(std::vector<Eigen::Vector3d> positions_m, std::vector<double> masses_kg,
                     std::vector<uint32_t> pins);
   void SetConnections(ParticleSystem& system);
@@ -179,6 +182,7 @@ class SceneModel {
   uint64_t HashContent() const;
 
   std::vector<uint32_t> particle_of_vertex_;  // empty: each its own
+  std::vector<uint32_t> first_vertices_;      // of each particle, unless each is its own
   std::vector<Eigen::Vector3d> rest_positions_m_;
   std::vector<Eigen::Vector3d> start_positions_m_;  // empty: as rest_positions_m_
   LengthErrors rest_errors_;

@@ -150,7 +150,7 @@ TEST_F(ConnectionTest, ARequestIsSentAgainWithinItsTries) {
     FAIL() << "it was sent four times";
   } catch (const Error& error) {
     EXPECT_EQ(error.code(), ErrorCode::kUnavailable);
-    EXPECT_EQ(error.details().unanswered_tries, 2u);
+    EXPECT_EQ(error.details().unanswered_tries, 0u) << "a look changes nothing";
   }
   EXPECT_EQ(service_.looks(), 6);
 }

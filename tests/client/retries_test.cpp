@@ -30,7 +30,7 @@ TEST(RetriesTest, PausesDoubleUpToALimitGiveOrTakeAFifth) {
   RetryBudget budget(1000);
   std::set<nanoseconds> firsts;
   for (int k = 0; k < 50; ++k) {
-    Tries tries(options, budget, true);
+    Tries tries(options, budget, Twice::kIsKnown);
     for (const int nominal_ms : {100, 200, 400, 800, 1600, 2000, 2000}) {
       const auto pause = tries.PauseAfter(kNoAnswer);
       ASSERT_TRUE(pause.has_value());
@@ -54,7 +54,7 @@ TEST(RetriesTest, WhatTheServerHasDecidedIsFinal) {
         Failure(ErrorCode::kResourceExhausted, "QUOTA_EXCEEDED"),
         Failure(ErrorCode::kDeadlineExceeded), Failure(ErrorCode::kCancelled),
         Failure(ErrorCode::kAborted, "TRACE_IN_PROGRESS")}) {
-    Tries tries(options, budget, true);
+    Tries tries(options, budget, Twice::kIsKnown);
     EXPECT_EQ(tries.PauseAfter(details), std::nullopt) << details.reason;
   }
 }
@@ -62,15 +62,34 @@ TEST(RetriesTest, WhatTheServerHasDecidedIsFinal) {
 TEST(RetriesTest, WhoAsksToWaitHasDoneNothing) {
   const RetryOptions options;
   RetryBudget budget(1000);
-  for (const bool is_repeatable : {false, true}) {
-    Tries tries(options, budget, is_repeatable);
+  for (const Twice twice : {Twice::kReadsAgain, Twice::kIsKnown, Twice::kDoesAgain}) {
+    Tries tries(options, budget, twice);
     const auto pause =
         tries.PauseAfter(Failure(ErrorCode::kResourceExhausted, "QUEUE_FULL", milliseconds(300)));
     ASSERT_TRUE(pause.has_value());
     EXPECT_GE(*pause, milliseconds(300));
     EXPECT_LE(*pause, milliseconds(360));
     EXPECT_EQ(tries.unanswered(), 0u);
-    EXPECT_EQ(tries.PauseAfter(kNoAnswer).has_value(), is_repeatable);
+    EXPECT_EQ(tries.PauseAfter(kNoAnswer).has_value(), twice != Twice::kDoesAgain);
+  }
+}
+
+TEST(RetriesTest, OnlyChangesThatMayHaveArrivedAreInDoubt) {
+  const RetryOptions options;
+  RetryBudget budget(1000);
+  ErrorDetails refused = kNoAnswer;
+  refused.message = "failed to connect to all addresses; last error: Connection refused";
+  for (const Twice twice : {Twice::kReadsAgain, Twice::kIsKnown, Twice::kDoesAgain}) {
+    Tries tries(options, budget, twice);
+    EXPECT_TRUE(tries.PauseAfter(refused).has_value()) << "nobody has seen it";
+    EXPECT_EQ(tries.unanswered(), 0u);
+    EXPECT_FALSE(tries.IsInDoubt(refused));
+    EXPECT_FALSE(tries.IsInDoubt(Failure(ErrorCode::kUnavailable, "DRAINING")));
+    EXPECT_FALSE(tries.IsInDoubt(Failure(ErrorCode::kInvalidArgument)));
+    EXPECT_EQ(tries.IsInDoubt(kNoAnswer), twice != Twice::kReadsAgain);
+    EXPECT_EQ(tries.PauseAfter(kNoAnswer).has_value(), twice != Twice::kDoesAgain);
+    EXPECT_EQ(tries.unanswered(), twice == Twice::kIsKnown ? 1u : 0u);
+    EXPECT_EQ(tries.IsInDoubt(kNoAnswer), twice == Twice::kDoesAgain) << "the count says it";
   }
 }
 
@@ -78,11 +97,11 @@ TEST(RetriesTest, ARequestUnderWayIsWaitedForAsLongAsItTakes) {
   RetryOptions options;
   options.max_tries = 2;
   RetryBudget budget(0);
-  Tries tries(options, budget, true);
+  Tries tries(options, budget, Twice::kIsKnown);
   const auto under_way = Failure(ErrorCode::kAborted, "REQUEST_IN_PROGRESS", milliseconds(100));
   for (int k = 0; k < 1000; ++k) ASSERT_TRUE(tries.PauseAfter(under_way).has_value());
   options.max_tries = 1;
-  Tries once(options, budget, true);
+  Tries once(options, budget, Twice::kIsKnown);
   EXPECT_EQ(once.PauseAfter(under_way), std::nullopt) << "retries are off";
 }
 
@@ -100,36 +119,36 @@ TEST(RetriesTest, TheBudgetEndsAtItsHalfAndComesBackWithAnswers) {
 TEST(RetriesTest, AStepIsRepeatableByItsIdOrByItsGuard) {
   v1::StepRequest request;
   request.set_steps(3);
-  EXPECT_FALSE(IsRepeatable(request));
+  EXPECT_EQ(IfSentTwice(request), Twice::kDoesAgain);
   request.set_expected_step(5);
-  EXPECT_TRUE(IsRepeatable(request));
+  EXPECT_EQ(IfSentTwice(request), Twice::kIsKnown);
   request.mutable_pin_controls()->add_cloth_ids(1);
-  EXPECT_FALSE(IsRepeatable(request)) << "the controls would act once more";
+  EXPECT_EQ(IfSentTwice(request), Twice::kDoesAgain) << "the controls would act once more";
   request.set_request_id("a");
-  EXPECT_TRUE(IsRepeatable(request));
+  EXPECT_EQ(IfSentTwice(request), Twice::kIsKnown);
   v1::StepRequest until;
   until.set_until_step(7);
-  EXPECT_TRUE(IsRepeatable(until));
+  EXPECT_EQ(IfSentTwice(until), Twice::kIsKnown);
   until.mutable_resets();
-  EXPECT_FALSE(IsRepeatable(until));
+  EXPECT_EQ(IfSentTwice(until), Twice::kDoesAgain);
   until.clear_resets();
   until.mutable_loads();
-  EXPECT_FALSE(IsRepeatable(until));
+  EXPECT_EQ(IfSentTwice(until), Twice::kDoesAgain);
 }
 
 TEST(RetriesTest, ChangesNeedAnIdAndReadsNeedNone) {
-  EXPECT_TRUE(IsRepeatable(v1::GetClothRequest()));
-  EXPECT_TRUE(IsRepeatable(v1::RenderRequest()));
-  EXPECT_TRUE(IsRepeatable(v1::ReadStatesRequest()));
-  EXPECT_TRUE(IsRepeatable(v1::ExportClothsRequest()));
-  EXPECT_TRUE(IsRepeatable(v1::ListTenantsRequest()));
-  EXPECT_FALSE(IsRepeatable(v1::DrainRequest()));
-  EXPECT_FALSE(IsRepeatable(v1::CreateSessionRequest()));
-  EXPECT_FALSE(IsRepeatable(v1::DeleteSessionRequest()));
+  EXPECT_EQ(IfSentTwice(v1::GetClothRequest()), Twice::kReadsAgain);
+  EXPECT_EQ(IfSentTwice(v1::RenderRequest()), Twice::kReadsAgain);
+  EXPECT_EQ(IfSentTwice(v1::ReadStatesRequest()), Twice::kReadsAgain);
+  EXPECT_EQ(IfSentTwice(v1::ExportClothsRequest()), Twice::kReadsAgain);
+  EXPECT_EQ(IfSentTwice(v1::ListTenantsRequest()), Twice::kReadsAgain);
+  EXPECT_EQ(IfSentTwice(v1::DrainRequest()), Twice::kDoesAgain);
+  EXPECT_EQ(IfSentTwice(v1::CreateSessionRequest()), Twice::kDoesAgain);
+  EXPECT_EQ(IfSentTwice(v1::DeleteSessionRequest()), Twice::kDoesAgain);
   v1::DeleteClothsRequest request;
-  EXPECT_FALSE(IsRepeatable(request));
+  EXPECT_EQ(IfSentTwice(request), Twice::kDoesAgain);
   request.set_request_id("a");
-  EXPECT_TRUE(IsRepeatable(request));
+  EXPECT_EQ(IfSentTwice(request), Twice::kIsKnown);
 }
 
 TEST(RetriesTest, NoTwoIdsAreTheSame) {

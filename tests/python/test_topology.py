@@ -25,6 +25,26 @@ def test_a_topology_is_that_of_the_cloth(session):
         (a, b) for a in range(9) for b in range(9) if (b == a + 1 and b % 3) or b == a + 3}
 
 
+def test_edges_have_the_order_and_names_of_rest_lengths(session):
+    # Two pins beside each other: the edge between them is no constraint, and the others keep their index.
+    columns, rows = 4, 3
+    cloths = session.create(drape.ClothSpec(grid=drape.Grid(columns=columns, rows=rows, width_m=1, height_m=1),
+                                            pins=[drape.Pin(particle=1), drape.Pin(particle=2)]))
+    found = cloths.topology()
+    edges = [(row * columns + k, row * columns + k + 1) for row in range(rows) for k in range(columns - 1)]
+    edges += [(row * columns + k, (row + 1) * columns + k) for row in range(rows - 1) for k in range(columns)]
+    wanted = {index: edge for index, edge in enumerate(edges) if edge != (1, 2)}
+    assert found.constraints.tolist() == sorted(wanted)
+    assert [tuple(sorted(edge)) for edge in found.edges.tolist()] == [wanted[index] for index in found.constraints.tolist()]
+    # The one that a name drives is the one that changes.
+    row = 6
+    cloths.set_rest_lengths([int(found.constraints[row])], [[0.1]])
+    cloths.step(300)
+    a, b = found.edges[row]
+    length = np.linalg.norm(cloths.positions[0][a] - cloths.positions[0][b])
+    assert abs(length - 0.1) < 0.01
+
+
 def test_meshes_of_colliders_are_told_to_who_attaches(client, session):
     tetrahedron = drape.mesh.from_arrays(
         [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]], [[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]])

@@ -280,7 +280,11 @@ TEST(MeshRepair, AModelKnowsTheParticleOfEveryVertex) {
   EXPECT_EQ(merged.described_particle_count(), drawn.positions_m.size());
   EXPECT_EQ(merged.particle_count(), drawn.positions_m.size() - 1);
   EXPECT_EQ(merged.ParticleOf(added), i);
-  EXPECT_EQ(merged.DescribedOf(i), i);
+  for (uint32_t particle = 0; particle < merged.particle_count(); ++particle) {
+    uint32_t first = 0;
+    while (merged.ParticleOf(first) != particle) ++first;
+    EXPECT_EQ(merged.DescribedOf(particle), first);
+  }
   EXPECT_EQ(merged.pin_count(), 2u);
   EXPECT_EQ(merged.mesh_repair().collapsed_vertices, 1u);
 

@@ -146,6 +146,7 @@ TEST(ReadTopology, TellsWhatRowsAre) {
   EXPECT_EQ(topology.edges().shape(1), 2u);
   EXPECT_EQ(topology.edges().shape(0),
             Get(*stub, creation.session(), ids[0]).shape().distance_constraints());
+  EXPECT_EQ(topology.edge_constraints().shape(0), topology.edges().shape(0));
   ASSERT_EQ(topology.collider_meshes_size(), 1);
   EXPECT_EQ(topology.collider_meshes(0).mesh().triangles().data(), SolidMesh().triangles().data());
   request.set_cloth_id(7);

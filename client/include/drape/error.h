@@ -60,7 +60,7 @@ struct ErrorDetails {
   std::vector<std::string> quotas;
   // Time to wait before a repetition; unset if waiting does not help.
   std::optional<std::chrono::milliseconds> retry_after;
-  // Sendings of the same request before the last one that had no answer: they may have been done.
+  // Sendings of the same change before the last one that had no answer: they may have been done.
   // See RetryOptions.
   uint32_t unanswered_tries = 0;
 };

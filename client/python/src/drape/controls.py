@@ -42,8 +42,8 @@ class Controls:
         """Changes the rest lengths [m] of distance constraints linearly to `lengths`, [m, k], each > 0; over_s as for
         `move_pins`. constraints: [k] or [m, k], indices: of `particles`, those of its distance_constraints; of a grid, row *
         (columns - 1) + column is the edge to the next column, (columns - 1) * rows + row * columns + column that to the
-        next row; of a mesh, see `help(drape.v1.RestLengthControls)`. Raises InvalidArgument; with the step come
-        FailedPrecondition (CONSTRAINT_NOT_FOUND), InvalidArgument."""
+        next row; of a mesh, see `help(drape.v1.RestLengthControls)`; `topology()` has them beside its edges. Raises
+        InvalidArgument; with the step come FailedPrecondition (CONSTRAINT_NOT_FOUND), InvalidArgument."""
         self._control("rest_length_controls", constraints, ids, "constraints", {
             "lengths_m": (lengths, 0), "over_s": (over_s, 0)})
 

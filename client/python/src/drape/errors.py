@@ -65,7 +65,8 @@ class Error(Exception):
         if few not in message:  # a message may be its fields
             text += f"; {few}"
         if self.unanswered_tries:
-            text += f"; sent {self.unanswered_tries} times before without an answer: it may have been done"
+            times = "once" if self.unanswered_tries == 1 else f"{self.unanswered_tries} times"
+            text += f"; sent {times} before without an answer: it may have been done"
         return text
 
     def __reduce__(self):
