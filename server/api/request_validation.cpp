@@ -88,8 +88,9 @@ void ApplyOverrides(const v1::CreateClothsRequest& request, std::vector<ClothCop
   // Violations of the spec's own settings are not repeated for every copy.
   Violations spec_violations;
   CheckSettings(FieldPath("spec"), request.spec().settings(), spec_violations);
-  const v1::StepSettings base =
+  v1::StepSettings base =
       spec_violations.is_empty() ? request.spec().settings() : v1::StepSettings();
+  base.DiscardUnknownFields();  // up to 60 MB, which each copy would get
   for (size_t k = 0; k < copies.size() && !violations.is_full(); ++k) {
     ApplyOverride(path.At(k), base, request.overrides(static_cast<int>(k)), copies[k].parameters,
                   violations);

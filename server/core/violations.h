@@ -76,10 +76,10 @@ class Violations {
   void Add(const FieldPath& path, std::string description);
   // Adds the violations that a lower layer found, with `prefix` before each field.
   void AddAll(const std::vector<FieldViolation>& violations, std::string_view prefix = "");
-  // `description` is only made when `is_legal` is false.
+  // `description` is only made when `is_legal` is false and it would not be dropped.
   template <class Describe>
   bool Require(bool is_legal, const FieldPath& path, Describe&& description) {
-    if (!is_legal) Add(path, description());
+    if (!is_legal && !is_full()) Add(path, description());
     return is_legal;
   }
 

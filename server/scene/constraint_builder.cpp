@@ -1,10 +1,10 @@
 #include "server/scene/constraint_builder.h"
 
+#include <algorithm>
 #include <cmath>
 #include <utility>
 
 #include "server/scene/hinge_fit.h"
-#include "server/scene/mesh.h"
 #include "server/scene/woven_edges.h"
 
 namespace drape {
@@ -218,7 +218,15 @@ ParticleSystem BuildMesh(const TriangleMesh& drawn, const StructuralMaterial& ma
   system.dropped_triangles =
       static_cast<uint32_t>(drawn.triangles.size() - system.triangles.size());
   system.masses_kg = VertexMasses(mesh, system.triangles, material.areal_density_kg_per_m2);
-  for (const MeshEdge& edge : UniqueEdges(system.triangles)) {
+  const std::vector<MeshEdge> edges = UniqueEdges(system.triangles);
+  const auto crowded = std::ranges::find_if(edges, [](const MeshEdge& edge) {
+    return edge.opposite_vertices.size() > kMaxTrianglesAtEdge;
+  });
+  if (crowded != edges.end()) {
+    system.crowded_edge = *crowded;
+    return system;
+  }
+  for (const MeshEdge& edge : edges) {
     const double length = (mesh.positions_m[edge.i] - mesh.positions_m[edge.j]).norm();
     system.distance_constraints.push_back(
         {.i = edge.i,

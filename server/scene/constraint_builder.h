@@ -4,6 +4,7 @@
 
 #include "server/scene/description.h"
 #include "server/scene/elastic_elements.h"
+#include "server/scene/mesh.h"
 #include "server/scene/mesh_repair.h"
 
 namespace drape {
@@ -22,6 +23,9 @@ struct ParticleSystem {
   // was repaired.
   std::vector<uint32_t> particle_of_vertex{};
   MeshRepairCounts mesh_repair{};
+  // Of a mesh with an edge of more than kMaxTrianglesAtEdge triangles: such an edge. Nothing is
+  // built then but particles and triangles.
+  std::optional<MeshEdge> crowded_edge{};
 };
 
 // Structural edges along rows, then along columns; bending springs between particles at a distance

@@ -245,6 +245,33 @@ void CheckDegrees(std::string_view field, const std::vector<Connection>& connect
                              *largest, what, max_degree));
 }
 
+// The triangles at one particle, and the sum of their squares: how many pairs of triangles meet at
+// the particles, which self-collision looks at. It is about 18 for each triangle of a mesh without
+// holes, and more where very many meet at a point.
+void CheckTriangles(const ParticleSystem& system, uint32_t max_degree, Violations& violations) {
+  constexpr uint64_t kMaxPairsPerTriangle = 32;
+  constexpr uint64_t kMorePairs = uint64_t{1} << 22;  // four points of 1024 triangles
+  std::vector<uint32_t> degrees(system.rest_positions_m.size(), 0);
+  for (const auto& triangle : system.triangles) {
+    for (const uint32_t vertex : triangle) ++degrees[vertex];
+  }
+  const auto largest = std::max_element(degrees.begin(), degrees.end());
+  if (largest == degrees.end()) return;
+  if (*largest > max_degree) {
+    violations.Add("mesh.triangles", fmt::format("particle {} has {} triangles; at most {}",
+                                                 largest - degrees.begin(), *largest, max_degree));
+    return;
+  }
+  uint64_t pairs = 0;
+  for (const uint64_t degree : degrees) pairs += degree * degree;
+  const uint64_t limit = kMaxPairsPerTriangle * system.triangles.size() + kMorePairs;
+  if (pairs <= limit) return;
+  violations.Add("mesh.triangles",
+                 fmt::format("very many triangles meet at too many vertices: their squared numbers "
+                             "add up to {}; at most {} for {} triangles",
+                             pairs, limit, system.triangles.size()));
+}
+
 // The limit is that of springs, for the same reason.
 void CheckElasticDegrees(const ParticleSystem& system, uint32_t max_degree,
                          Violations& violations) {
@@ -313,6 +340,13 @@ std::vector<FieldViolation> CheckParticleSystem(const ModelDescription& descript
                                system.dropped_triangles));
     return violations.Take();
   }
+  if (const auto& edge = system.crowded_edge) {
+    violations.Add(
+        "mesh.triangles",
+        fmt::format("the edge of particles {} and {} has {} triangles; at most {}", edge->i,
+                    edge->j, edge->opposite_vertices.size(), kMaxTrianglesAtEdge));
+    return violations.Take();
+  }
   const TopologyFields fields = FieldsOf(description.topology);
   for (const double mass : system.masses_kg) {
     if (kParticleMass.Contains(mass)) continue;
@@ -346,6 +380,7 @@ std::vector<FieldViolation> CheckParticleSystem(const ModelDescription& descript
                "distance constraints", violations);
   CheckDegrees(fields.springs, system.springs, count, limits.max_degree, "springs", violations);
   CheckElasticDegrees(system, limits.max_degree, violations);
+  CheckTriangles(system, limits.max_degree, violations);
   CheckDegrees("particles.point_joints", system.point_joints, count, limits.max_degree, "joints",
                violations);
   return violations.Take();

@@ -1,6 +1,7 @@
 // What is made of a model alone and shared by all cloths that have it.
 #pragma once
 
+#include <algorithm>
 #include <memory>
 #include <mutex>
 #include <unordered_map>
@@ -18,10 +19,11 @@ class MadePerModel {
     if (auto found = Find(model.get())) return found;
     auto made = std::make_shared<const Made>(*model);
     const std::lock_guard lock(mutex_);
-    std::erase_if(entries_, [](const auto& entry) { return entry.second.model.expired(); });
     Entry& entry = entries_[model.get()];
-    if (auto other = entry.made.lock()) return other;
+    auto other = entry.model.expired() ? nullptr : entry.made.lock();
+    if (other) return other;
     entry = {model, made};
+    if (entries_.size() > next_sweep_size_) DropDead();
     return made;
   }
 
@@ -39,8 +41,15 @@ class MadePerModel {
     return is_there ? entry->second.made.lock() : nullptr;
   }
 
+  // Seldom: a look at all entries with each new one would be the square of them in all.
+  void DropDead() {
+    std::erase_if(entries_, [](const auto& entry) { return entry.second.model.expired(); });
+    next_sweep_size_ = std::max<size_t>(64, 2 * entries_.size());
+  }
+
   mutable std::mutex mutex_;
-  std::unordered_map<const SceneModel*, Entry> entries_;
+  std::unordered_map<const SceneModel*, Entry> entries_;  // guarded by mutex_, as what follows
+  size_t next_sweep_size_ = 64;
 };
 
 }  // namespace drape

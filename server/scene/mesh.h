@@ -13,6 +13,10 @@ struct MeshEdge {
   std::vector<uint32_t> opposite_vertices;
 };
 
+// Of one edge. No cloth is sewn of so many sheets, and what looks at pairs of them takes the square
+// of their number.
+inline constexpr size_t kMaxTrianglesAtEdge = 64;
+
 // The pairs of triangles that are one sheet across the edge, by the vertices opposite it. Where
 // more than two meet, each goes on with the one that continues it most straightly, and one that is
 // left over hangs at the edge by itself. A pair of the same vertex, a triangle drawn twice, is left

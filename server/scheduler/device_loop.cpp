@@ -412,11 +412,16 @@ void DeviceLoop::LookAtCloths(const std::vector<Part>& parts) {
     }
   }
   if (!cloths.empty()) look();
+  std::vector<ClothWorld*> worlds;  // once each, not once for each cloth in them
   for (const Part& part : parts) {
     for (const uint32_t k : part.cloths) {
-      if (const auto& world = part.request->work().cloths[k]->world()) world->LevelWatches();
+      const auto& world = part.request->work().cloths[k]->world();
+      if (world && (worlds.empty() || worlds.back() != world.get())) worlds.push_back(world.get());
     }
   }
+  std::ranges::sort(worlds);
+  worlds.erase(std::ranges::unique(worlds).begin(), worlds.end());
+  for (ClothWorld* const world : worlds) world->LevelWatches();
 }
 
 void DeviceLoop::BeginViews(Answers& ended) {

@@ -45,10 +45,8 @@ void SleepWatch::Set(const StepSettings& settings) {
 }
 
 bool SleepWatch::IsPossible(const State& state, ScalarType scalar, uint32_t particle_count) {
-  if (state.patience == 0) return false;
-  if (state.is_asleep) {
-    return !state.wants_look && state.is_watching && state.looks == kSleepLooks.size();
-  }
+  if (state.patience == 0 || state.wants_look) return false;  // it looks at the end of its step
+  if (state.is_asleep) return state.is_watching && state.looks == kSleepLooks.size();
   if (state.looks >= kSleepLooks.size()) return false;
   if (!state.is_watching) return state.looks == 0;
   const bool is_double = std::holds_alternative<std::vector<double>>(state.begin_m);

@@ -64,19 +64,26 @@ Result<std::shared_ptr<const void>> ModelCache::Charge(
 }
 
 std::shared_ptr<const SceneModel> ModelCache::Find(std::shared_ptr<const SceneModel> model) {
-  // Released after the lock: this may be the last owner of a large model.
-  std::vector<std::shared_ptr<const SceneModel>> looked_at;
-  const std::lock_guard lock(mutex_);
-  const auto [begin, end] = models_.equal_range(model->content_hash());
-  for (auto entry = begin; entry != end; ++entry) {
-    looked_at.push_back(entry->second.lock());
-    if (looked_at.back() != nullptr && looked_at.back()->SameContent(*model)) {
-      return looked_at.back();
+  while (true) {
+    // Compared, and perhaps released, without the lock: models are large, and others wait for it.
+    std::vector<std::shared_ptr<const SceneModel>> candidates;
+    uint64_t found = 0;
+    {
+      const std::lock_guard lock(mutex_);
+      found = additions_;
+      const auto [begin, end] = models_.equal_range(model->content_hash());
+      for (auto entry = begin; entry != end; ++entry) candidates.push_back(entry->second.lock());
     }
+    for (const auto& candidate : candidates) {
+      if (candidate != nullptr && candidate->SameContent(*model)) return candidate;
+    }
+    const std::lock_guard lock(mutex_);
+    if (additions_ != found) continue;  // the same one may be there by now
+    ++additions_;
+    models_.emplace(model->content_hash(), model);
+    if (std::max(models_.size(), charges_.size()) > next_sweep_size_) DropDead();
+    return model;
   }
-  models_.emplace(model->content_hash(), model);
-  if (std::max(models_.size(), charges_.size()) > next_sweep_size_) DropDead();
-  return model;
 }
 
 void ModelCache::DropDead() {

@@ -43,6 +43,7 @@ class ModelCache {
 
   ByteBudget budget_;
   mutable std::mutex mutex_;
+  uint64_t additions_ = 0;                                                     // to models_
   std::unordered_multimap<uint64_t, std::weak_ptr<const SceneModel>> models_;  // by content hash
   std::map<std::pair<std::string, const SceneModel*>, std::weak_ptr<const void>> charges_;
   // Dead entries are dropped when there are more of either than this.

@@ -1,5 +1,7 @@
 #include "server/api/request_validation.h"
 
+#include <ctime>
+
 #include "server/api/material_message.h"
 #include "tests/api/bad_cases.h"
 #include "tests/api/requests.h"
@@ -118,6 +120,23 @@ TEST(CreateClothsRules, CopiesOfManyCollidersAreBounded) {
   EXPECT_TRUE(CheckCreateCloths(request, limits).ok());
   request.set_count(4);
   ExpectViolation(CheckCreateCloths(request, limits).status(), "count", "at most 12 colliders");
+}
+
+// A field of 16 MB that no version knows, once for each of the copies: 64 GB to copy.
+TEST(CreateClothsRules, WhatNobodyKnowsIsNotCopiedForEveryOverride) {
+  v1::CreateClothsRequest request = GoodCreation();
+  request.clear_environment_origins_m();
+  request.clear_transforms();
+  request.clear_overrides();
+  v1::StepSettings* const settings = request.mutable_spec()->mutable_settings();
+  settings->GetReflection()->MutableUnknownFields(settings)->AddLengthDelimited(
+      20'000, std::string(16'000'000, 'x'));
+  constexpr uint32_t kCopies = 4096;
+  request.set_count(kCopies);
+  for (uint32_t k = 0; k < kCopies; ++k) request.add_overrides()->mutable_settings();
+  const std::clock_t start = std::clock();
+  EXPECT_TRUE(CheckCreateCloths(request, {}).ok());
+  EXPECT_LT(static_cast<double>(std::clock() - start) / CLOCKS_PER_SEC, 2);
 }
 
 TEST(CreateClothsRules, ReadsEverythingOfAGoodRequest) {

@@ -92,6 +92,62 @@ def fleet(tmp_path_factory):
     fleet.stop()
 
 
+class Names:
+    """A DNS of one address for every name (RFC 1035): a reply has the question, and one record of type A."""
+
+    def __init__(self, address):
+        self.address = address
+        self._socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+        self._socket.bind(("127.0.0.1", 0))
+        self.place = "{}:{}".format(*self._socket.getsockname())
+        threading.Thread(target=self._answer, daemon=True).start()
+
+    def _answer(self):
+        while True:
+            query, sender = self._socket.recvfrom(4096)
+            end = query.index(b"\0", 12) + 5  # of the question: its name, type and class
+            is_a = query[end - 4:end - 2] == b"\0\1"
+            record = b"\xc0\x0c\0\1\0\1\0\0\0\1\0\4" + socket.inet_aton(self.address)  # for 1 s
+            head = query[:2] + b"\x81\x80\0\1" + (b"\0\1" if is_a else b"\0\0") + b"\0\0\0\0"
+            self._socket.sendto(head + query[12:end] + (record if is_a else b""), sender)
+
+
+def test_a_server_may_get_another_address(tmp_path):
+    names = Names("127.0.0.2")
+    text = (ROOT / "docker/fleet/haproxy.cfg").read_text()
+    changes = {"/tmp/drape-fleet.sock": str(tmp_path / "socket"), "bind 127.0.0.1:7743": f"bind 127.0.0.1:{free_port()}",
+               "parse-resolv-conf": f"nameserver test {names.place}"}
+    for old, new in changes.items():
+        assert old in text
+        text = text.replace(old, new)
+    (tmp_path / "haproxy.cfg").write_text(text)
+
+    def addresses():
+        with socket.socket(socket.AF_UNIX) as connection:
+            connection.connect(str(tmp_path / "socket"))
+            connection.sendall(b"show servers state sessions\n")
+            lines = b"".join(iter(lambda: connection.recv(4096), b"")).decode().splitlines()
+        return {line.split()[4] for line in lines if "sessions" in line}
+
+    def wait_for(address):
+        end = time.monotonic() + PATIENCE_S
+        while True:
+            with contextlib.suppress(OSError):  # the proxy starts
+                if addresses() == {address}:
+                    return
+            assert time.monotonic() < end, f"not {address}: {addresses()}"
+            time.sleep(0.1)
+
+    program = shutil.which("haproxy") or "/usr/sbin/haproxy"
+    with subprocess.Popen([program, "-db", "-f", tmp_path / "haproxy.cfg"], stderr=subprocess.DEVNULL) as proxy:
+        try:
+            wait_for("127.0.0.2")
+            names.address = "127.0.0.3"
+            wait_for("127.0.0.3")
+        finally:
+            proxy.terminate()
+
+
 def where(session):
     return session.name.removeprefix("sessions/").split("-")[0]
 

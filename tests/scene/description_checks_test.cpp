@@ -175,6 +175,34 @@ std::vector<BadDescription> BadMeshes() {
          for (uint32_t k = 1; k < 1100; ++k) m.triangles.push_back({0, k, k + 1});
        }),
        "mesh.triangles", "particle 0 has 1100 distance constraints; at most 1024"},
+      {"book of 65 pages", GoodMesh, OnMesh([](auto& m) {
+         m = {.positions_m = {{0, 0, 0}, {0, 1, 0}}, .triangles = {}};
+         for (uint32_t k = 0; k < 65; ++k) {
+           m.positions_m.emplace_back(std::cos(k * 0.09), 0.5, std::sin(k * 0.09));
+           m.triangles.push_back({0, 1, k + 2});
+         }
+       }),
+       "mesh.triangles", "the edge of particles 0 and 1 has 65 triangles; at most 64"},
+      {"every two points of a rim with its hub", GoodMesh, OnMesh([](auto& m) {
+         m = {.positions_m = {{0, 1, 0}}, .triangles = {}};
+         for (uint32_t k = 1; k <= 60; ++k) {
+           m.positions_m.emplace_back(std::cos(k * 0.1), 0, std::sin(k * 0.1));
+           for (uint32_t l = 1; l < k; ++l) m.triangles.push_back({0, k, l});
+         }
+       }),
+       "mesh.triangles", "particle 0 has 1770 triangles; at most 1024"},
+      {"five fans", GoodMesh, OnMesh([](auto& m) {
+         m = {};
+         for (uint32_t fan = 0; fan < 5; ++fan) {
+           const auto hub = static_cast<uint32_t>(m.positions_m.size());
+           m.positions_m.emplace_back(3 * fan, 0, 0);
+           for (uint32_t k = 1; k <= 1000; ++k) {
+             m.positions_m.emplace_back(3 * fan + std::cos(k * 0.006), 0, std::sin(k * 0.006));
+             if (k > 1) m.triangles.push_back({hub, hub + k - 1, hub + k});
+           }
+         }
+       }),
+       "mesh.triangles", "very many triangles meet at too many vertices"},
   };
 }
 

@@ -376,6 +376,9 @@ TEST_F(SnapshotBytes, WhatCannotBeOfAClothIsRefused) {
       "cloths[1].runtime.grips[0]");
   EXPECT_EQ(refused([](Cloth& c, Parts&) { c.mutable_runtime()->mutable_sleep()->set_looks(9); }),
             "cloths[1].runtime.sleep");
+  EXPECT_EQ(
+      refused([](Cloth& c, Parts&) { c.mutable_runtime()->mutable_sleep()->set_wants_look(true); }),
+      "cloths[1].runtime.sleep");
   EXPECT_EQ(refused([](Cloth& c, Parts&) { c.mutable_runtime()->set_base_steps(3); }),
             "cloths[1].runtime.base_steps");
   EXPECT_EQ(refused([](Cloth& c, Parts&) { c.mutable_spec()->mutable_pins()->RemoveLast(); }),

@@ -132,6 +132,7 @@ Result<ClothSet> ClothSet::Load(const PictureSpec& spec, std::span<const DrawnCl
 // Cloths of one model are consecutive; models are in the order of their first cloth.
 Status ClothSet::AddRecords(bool is_tiled, std::span<const DrawnCloth> cloths,
                             GeometryCache& cache) {
+  cache.DropEndedModels();
   std::vector<uint32_t> first_particles;
   std::map<const SceneModel*, uint32_t> first_cloths;  // with that model
   uint64_t particles = 0;

@@ -28,17 +28,19 @@ Result<gl::Buffer> UploadWords(std::span<const uint32_t> words, int64_t max_byte
 
 Result<std::shared_ptr<const DeviceGeometry>> GeometryCache::Acquire(
     const std::shared_ptr<const SceneModel>& model) {
-  DropEndedModels();
-  const auto known = std::find_if(entries_.begin(), entries_.end(),
-                                  [&](const Entry& entry) { return entry.model.lock() == model; });
-  if (known != entries_.end()) {
-    entries_.splice(entries_.begin(), entries_, known);
-    return known->geometry;
+  if (const auto known = places_.find(model.get()); known != places_.end()) {
+    const auto entry = known->second;
+    if (!entry->model.expired()) {
+      entries_.splice(entries_.begin(), entries_, entry);
+      return entry->geometry;
+    }
+    Drop(entry);
   }
   Result<std::shared_ptr<const DeviceGeometry>> geometry = Upload(*model);
   if (!geometry.ok()) return geometry;
   size_bytes_ += (*geometry)->size_bytes();
-  entries_.push_front({model, *geometry});
+  entries_.push_front({model.get(), model, *geometry});
+  places_[model.get()] = entries_.begin();
   // The newest entry stays even if it alone is too large: it is about to be drawn.
   while (size_bytes_ > max_bytes_ && entries_.size() > 1) Drop(std::prev(entries_.end()));
   return geometry;
@@ -71,6 +73,7 @@ void GeometryCache::DropEndedModels() {
 
 void GeometryCache::Drop(std::list<Entry>::iterator entry) {
   size_bytes_ -= entry->geometry->size_bytes();
+  places_.erase(entry->address);
   entries_.erase(entry);
 }
 

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <list>
 #include <memory>
+#include <unordered_map>
 
 #include "server/core/status.h"
 #include "server/gl/buffer.h"
@@ -38,21 +39,25 @@ class GeometryCache {
   Result<std::shared_ptr<const DeviceGeometry>> Acquire(
       const std::shared_ptr<const SceneModel>& model);
 
+  // Frees the geometry of models that have ended: a look at all, so once for each picture.
+  void DropEndedModels();
+
   int64_t size_bytes() const { return size_bytes_; }
 
  private:
   struct Entry {
+    const SceneModel* address = nullptr;  // where another model may be once this one has ended
     std::weak_ptr<const SceneModel> model;
     std::shared_ptr<const DeviceGeometry> geometry;
   };
   Result<std::shared_ptr<const DeviceGeometry>> Upload(const SceneModel& model) const;
-  void DropEndedModels();
   void Drop(std::list<Entry>::iterator entry);
 
   int64_t max_bytes_;
   int64_t max_block_bytes_;
   int64_t size_bytes_ = 0;
   std::list<Entry> entries_;  // most recently used first
+  std::unordered_map<const SceneModel*, std::list<Entry>::iterator> places_;  // by address
 };
 
 }  // namespace drape::render

@@ -450,14 +450,19 @@ std::shared_ptr<const FloatModel> FloatModelCache::Add(
   const bool is_layout = layout.model == nullptr;
   if (is_layout && layout.last != last_layout_) return nullptr;
   entry = made;
-  const auto is_expired = [](const auto& item) { return item.second.expired(); };
-  std::erase_if(models_, is_expired);
-  std::erase_if(layouts_, is_expired);
   if (is_layout) {
     layouts_.emplace(hash, made);
     ++last_layout_;
   }
+  if (std::max(models_.size(), layouts_.size()) > next_sweep_size_) DropDead();
   return made;
+}
+
+void FloatModelCache::DropDead() {
+  const auto is_expired = [](const auto& item) { return item.second.expired(); };
+  std::erase_if(models_, is_expired);
+  std::erase_if(layouts_, is_expired);
+  next_sweep_size_ = std::max<size_t>(64, 2 * std::max(models_.size(), layouts_.size()));
 }
 
 std::shared_ptr<const FloatModel> FloatModelCache::Get(

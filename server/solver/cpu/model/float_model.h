@@ -280,12 +280,16 @@ class FloatModelCache {
   std::shared_ptr<const FloatModel> Add(const SceneModel* model, uint64_t hash,
                                         const Layout& layout,
                                         const std::shared_ptr<const FloatModel>& made);
+  void DropDead();
 
   mutable std::mutex mutex_;
   uint64_t last_layout_ = 0;  // number
   std::unordered_map<const SceneModel*, std::weak_ptr<const FloatModel>> models_;
   // Those that are their own layouts, by LayoutHash.
   std::unordered_multimap<uint64_t, std::weak_ptr<const FloatModel>> layouts_;
+  // Dead entries are dropped when there are more of either than this: to look at all of them with
+  // each new model would be the square of their number.
+  size_t next_sweep_size_ = 64;
 };
 
 }  // namespace drape::cpu
