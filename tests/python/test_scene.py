@@ -119,6 +119,7 @@ def test_only_a_session_that_waits_plays(client):
     (["settings.substeps"], "settings: a dict of fields by path"),
     ({3: 1}, "settings: a dict of fields by path"),
     ({"settings.substeps.more": 1}, r"cloths\[0\].spec.settings.substeps: 4 is not an object"),
+    ({"settings.substep": 1}, r"cloths\[0\].spec.settings.substep: unknown field; known here: preset, .*substeps"),
 ])
 def test_bad_settings_are_refused(settings, words):
     with pytest.raises(drape.InvalidArgument, match=words):
@@ -138,6 +139,18 @@ def test_an_object_has_each_name_once():
         drape.scene.parse("{")
 
 
-def test_fields_that_are_legal_are_listed_as_files_write_them():
-    with pytest.raises(drape.InvalidArgument, match=r"\"gravity\" at (.|\n)*'gravity_m_per_s2'"):
-        drape.scene.parse('{"cloths": [{"spec": {"environment": {"gravity": 3}}}]}')
+@pytest.mark.parametrize("scene, field, words", [
+    ({"cloths": [{"spec": {"environment": {"gravity": 3}}}]}, "cloths[0].spec.environment.gravity", "gravity_m_per_s2"),
+    ({"cloths": [{"spec": {"mesh": {}, "mesh_files": "x"}}]}, "cloths[0].spec.mesh_files", "mesh_file, scale_m"),
+    ({"cloths": [{"spec": {}}], "controls": [{"time_s": 0}, {"time": 0}]}, "controls[1].time", "time_s"),
+    ({"cloth": [{"spec": {}}]}, "cloth", "cloths"),
+    ({"cloths": [{"spec": {"settings": {"preset": "FAST"}}}]}, "cloths[0].spec.settings.preset", "REALTIME"),
+])
+def test_names_that_are_unknown_are_told_by_path_with_what_is_legal(scene, field, words):
+    with pytest.raises(drape.InvalidArgument) as caught:
+        drape.scene.parse(json.dumps(scene))
+    assert [bad.field for bad in caught.value.fields] == [field] and words in caught.value.fields[0].description
+
+
+def test_fields_may_have_the_names_of_json():
+    assert drape.scene.parse('{"durationS": 2, "cloths": [{"spec": {"maxGrips": 1}}]}').message.duration_s == 2

@@ -3,6 +3,7 @@ import copy
 import pathlib
 import pickle
 import re
+import types
 
 import pytest
 
@@ -67,6 +68,12 @@ def test_what_a_program_describes_is_in_the_package():
     assert {kind.DESCRIPTOR.name for kind in found} >= {"SelfCollision", "Camera", "PackedArray"}
     for kind in found:
         assert getattr(drape, kind.DESCRIPTOR.name) is kind
+
+
+def test_the_package_exports_all_that_it_imports_by_name():
+    modules = {name for name, value in vars(drape).items() if isinstance(value, types.ModuleType)}
+    named = {name for name in vars(drape) if not name.startswith("_")} - modules
+    assert set(drape.__all__) == named | {"__version__", "errors", "mesh", "scene", "v1"}
 
 
 def test_messages_have_the_comments_of_the_protocol():

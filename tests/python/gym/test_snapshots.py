@@ -79,6 +79,9 @@ def test_a_snapshot_of_something_else_is_refused(client, made):
     before = made[1].cloths.positions
     with pytest.raises(ValueError, match="snapshot: of .*3.* these are .*2"):
         made[1].restore(made[0].snapshot())
+    for other in (b"x", b"", made[0].cloths.snapshot(), made[0].snapshot()[:-5], None):
+        with pytest.raises(ValueError, match="snapshot: is not what snapshot"):
+            made[1].restore(other)
     assert np.array_equal(before, made[1].cloths.read().positions)
 
 

@@ -200,7 +200,8 @@ def test_actions_are_checked(make):
 
 @pytest.mark.parametrize("name, value", [
     ("observation", "pixels"), ("side", 6.5), ("side", 4), ("max_episode_steps", 0), ("max_episode_steps", 2.5),
-    ("render_mode", "human"), ("client", 3), ("num_envs", 0), ("num_envs", 1.5)])
+    ("render_mode", "human"), ("client", 3), ("num_envs", 0), ("num_envs", 1.5),
+    ("autoreset_mode", "sometimes"), ("autoreset_mode", None)])
 def test_arguments_are_checked(name, value):
     with pytest.raises((ValueError, TypeError), match=f"{name}: .*got {value!r}"):
         Short(**{"num_envs": 1, name: value})

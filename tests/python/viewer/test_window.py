@@ -238,6 +238,24 @@ def test_the_command_line_says_what_a_server_with_tenants_wants(tenants, monkeyp
     assert words in capsys.readouterr().err
 
 
+@pytest.mark.parametrize("change, words", [
+    ({"batches": []}, "batches: [] is not a list of Cloths"),
+    ({"batches": None}, "batches: None is not"),
+    ({"stride": 0}, "stride: 0 is not a whole number in [1, "),
+    ({"time_step_s": 0}, "time_step_s: 0 is not"),
+    ({"port": -5}, "port: -5 is not a whole number in [1, 65535]"),
+    ({"port": 99999}, "port: 99999 is not"),
+    ({"host": "192.0.2.1"}, "host: '192.0.2.1' is no address of this machine"),
+    ({"host": "no such host"}, "host: 'no such host' is no address"),
+])
+def test_a_window_that_cannot_be_is_refused_before_a_server_starts(session, change, words):
+    before = threading.active_count()
+    with pytest.raises(drape.InvalidArgument) as caught:
+        Window(**{"batches": [session.create(sheet())], **change})
+    assert words in str(caught.value)
+    assert threading.active_count() == before
+
+
 def test_the_command_line_says_what_is_wrong(capsys, tmp_path):
     assert main(["/nowhere.json", "--backend=cpu"]) == 1
     assert "NO_SCENE_FILE" in capsys.readouterr().err

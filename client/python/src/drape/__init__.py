@@ -33,4 +33,13 @@ from .v1 import (Box, Camera, Capsule, ClothOverride, ClothSpec, Collider, Cylin
                  Material, Mesh, MeshImport, PackedArray, Particles, Pin, Plane, PointJoint, RenderRequest, SelfCollision,
                  Sphere, Spring, StateView, StepSettings, Transform)
 
-__all__ = [name for name in dir() if not name.startswith("_")] + ["__version__"]
+# Written out, since type checkers read it: what it lacks is, to them, no part of the package.
+__all__ = [
+    "POSITIONS", "POSITIONS_AND_VELOCITIES", "VELOCITIES", "Aborted", "Answer", "Box", "Camera", "Cancelled", "Capsule",
+    "Client", "ClothOverride", "ClothSpec", "Cloths", "Collider", "Cylinder", "DeadlineExceeded", "DistanceConstraint",
+    "Environment", "Error", "FailedPrecondition", "FieldViolation", "ForkedProcess", "Frame", "Frames", "Grid", "Grips",
+    "Impulses", "InvalidArgument", "Material", "Mesh", "MeshImport", "NotFound", "PackedArray", "Particles", "Pin",
+    "Pipeline", "Plane", "PointJoint", "RenderRequest", "ResourceExhausted", "Retries", "Run", "SelfCollision", "Session",
+    "SessionLost", "Sphere", "Spring", "StateLost", "StateView", "States", "StepSettings", "Topology", "Transform",
+    "Unauthenticated", "Unavailable", "Unimplemented", "VersionWarning", "__version__", "connect", "errors", "find_server",
+    "launch", "mesh", "pack", "scene", "v1"]

@@ -1,4 +1,4 @@
-"""The same names for asyncio: every method that asks the server is a coroutine.
+"""The same names for asyncio, after `import drape.aio`: every method that asks the server is a coroutine.
 
     async with await drape.aio.launch() as client, await client.session() as session:
         cloths = await session.create(spec, count=64)

@@ -10,6 +10,7 @@ import os
 import reprlib
 
 from google.protobuf.descriptor import FieldDescriptor
+from google.protobuf.message import Message
 
 from . import errors
 
@@ -50,7 +51,7 @@ def unfit(kind, arguments, fields, place):
 def of_kind(name, value, kind):
     """`value`, a message of this kind, or None."""
     if value is not None and not isinstance(value, kind):
-        raise errors.bad_field(name, f"{reprlib.repr(value)} is not a {kind.DESCRIPTOR.name}")
+        raise errors.bad_field(name, f"{_told(value)} is not a {kind.DESCRIPTOR.name}")
     return value
 
 
@@ -126,7 +127,12 @@ def _not_legal(field, value, place):
                 error = unfit(field.message_type._concrete_class, (), part, f"{place}[{at}]." if is_list else f"{place}.")
                 if error is not None:
                     return error
-    return errors.bad_field(place, f"{reprlib.repr(value)} is not {_what(field, is_list)}")
+    return errors.bad_field(place, f"{_told(value)} is not {_what(field, is_list)}")
+
+
+def _told(value):
+    """`value` in an error. The text of a message is long, or empty, and does not tell its kind."""
+    return f"one {value.DESCRIPTOR.name}" if isinstance(value, Message) else reprlib.repr(value)
 
 
 def _what(field, is_list):

@@ -195,7 +195,7 @@ class ClothsBase(Controls, Pictures, SavedStates):
     def _topology(self, row: int = 0) -> Operation[topology.Topology]:
         """Triangles, edges, rest positions and grid of a cloth, as the server has them; also of attached cloths. row: its
         index, 0 to n - 1, from the end if negative. Raises InvalidArgument, NotFound (CLOTH_NOT_FOUND)."""
-        at = columns.rows_of([row], self.num)[0]
+        at = columns.row_of(row, self.num)
         request = v1.ReadTopologyRequest(session=self._session.name, cloth_id=self._all_ids[at])
         return topology.Topology.of((yield Unary("ReadTopology", request, self._session._route)))
 
@@ -238,7 +238,7 @@ class ClothsBase(Controls, Pictures, SavedStates):
     def _describe(self, row: int) -> Operation[v1.Cloth]:
         """Everything that the server tells about one cloth: settings, pins, poses of colliders, the reason of a
         fault. row: as of `topology`. Raises InvalidArgument, NotFound (CLOTH_NOT_FOUND)."""
-        at = columns.rows_of([row], self.num)[0]
+        at = columns.row_of(row, self.num)
         request = v1.GetClothRequest(session=self._session.name, cloth_id=self._all_ids[at])
         return (yield Unary("GetCloth", request, self._session._route))
 

@@ -62,6 +62,12 @@ def rows_of(ids, count):
     return rows
 
 
+def row_of(row, count):
+    """The one row that `row` means, which may count from the end."""
+    at = checks.whole("row", row, -count, count - 1)
+    return at + count if at < 0 else at
+
+
 def shaped(name, value, shape):
     """`value` as float64, spread to `shape`. Raises InvalidArgument with both shapes."""
     return spread(name, numbers(name, value, np.float64), shape)

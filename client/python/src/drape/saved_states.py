@@ -39,9 +39,9 @@ class SavedStates:
 
     def _load(self, name: str, ids=None, *, of=None) -> Operation[None]:
         """The cloths of `ids` go on from what `save` kept, with the same bits, parameters and pins included; controls
-        that wait are forgotten. of: indices of the saved cloths that they become, [m] or one for all (several may become
-        the same one); None: each itself. Raises NotFound (SAVED_STATES_NOT_FOUND), InvalidArgument where shape or place
-        differ."""
+        that wait are forgotten. of: which saved cloths they become, as their indices in this batch (not among
+        those that were saved), [m] or one for all (several may become the same one); None: each itself. Raises NotFound
+        (SAVED_STATES_NOT_FOUND), InvalidArgument where shape or place differ, or a cloth of `of` was not saved."""
         rows = columns.rows_of(ids, self.num)
         if rows is not None and not len(rows):
             return

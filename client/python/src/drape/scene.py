@@ -12,7 +12,6 @@ import json
 import math
 import os
 import pathlib
-import re
 import reprlib
 
 import numpy as np
@@ -86,6 +85,8 @@ def parse(text: str, folder=".", settings: dict | None = None) -> Scene:
         tree = json.loads(text, object_pairs_hook=_unique)
     except json.JSONDecodeError as error:
         raise errors.InvalidArgument(str(error), reason="BAD_JSON") from error
+    if isinstance(tree, dict):
+        _check_names(tree, v1.Scene.DESCRIPTOR, "")
     if not isinstance(tree, dict) or not isinstance(tree.get("cloths"), list) or not tree["cloths"]:
         raise errors.bad_field("cloths", "must have at least one cloth")
     if not isinstance(settings, (dict, type(None))) or any(not isinstance(name, str) for name in settings or ()):
@@ -96,6 +97,7 @@ def parse(text: str, folder=".", settings: dict | None = None) -> Scene:
         place = f"cloths[{k}].spec"
         for field, value in (settings or {}).items():
             _put(spec, field.split("."), value, f"{place}.")
+        _check_names(spec, v1.ClothSpec.DESCRIPTOR, f"{place}.")
         _take_mesh(spec, place, (k, None), meshes)
         if "environment" not in spec:
             continue
@@ -107,7 +109,7 @@ def parse(text: str, folder=".", settings: dict | None = None) -> Scene:
     try:
         json_format.ParseDict(tree, message)
     except json_format.ParseError as error:
-        raise errors.InvalidArgument(_as_in_files(str(error)), reason="BAD_JSON") from error
+        raise errors.InvalidArgument(str(error), reason="BAD_JSON") from error
     _resolve_time_step(message, "settings.time_step_s" in (settings or {}))
     for (k, c), place, file, scale_m in meshes:
         spec = message.cloths[k].spec
@@ -120,10 +122,25 @@ def parse(text: str, folder=".", settings: dict | None = None) -> Scene:
     return Scene(message)
 
 
-def _as_in_files(text):
-    """An error of protobuf's with the fields that it lists as scene files write them: in their own names."""
-    said, listing, known = text.partition("Available Fields")
-    return said + listing + re.sub("[A-Z]", lambda letter: f"_{letter[0].lower()}", known)
+def _check_names(tree, descriptor, place):
+    """Raises for names of fields and values that this message of a file has not, as `drape run` does, which protobuf's
+    error would not say by path."""
+    fields = {**descriptor.fields_by_camelcase_name, **descriptor.fields_by_name}
+    for name, value in tree.items():
+        extra = _MESH_FIELDS if descriptor.name in ("ClothSpec", "Collider") else ()
+        if name in extra:
+            continue
+        if name not in fields:
+            known = ", ".join([*descriptor.fields_by_name, *extra])
+            raise errors.bad_field(place + name, f"unknown field; known here: {known}")
+        of = fields[name]
+        for k, part in enumerate(value if isinstance(value, list) else [value]):
+            at = f"{place}{name}[{k}]" if isinstance(value, list) else place + name
+            if of.message_type is not None and isinstance(part, dict):
+                _check_names(part, of.message_type, f"{at}.")
+            elif of.enum_type is not None and isinstance(part, str) and part not in of.enum_type.values_by_name:
+                legal = [known for known in of.enum_type.values_by_name if not known.endswith("UNSPECIFIED")]
+                raise errors.bad_field(at, f"{part!r} is not one of {', '.join(legal)}")
 
 
 def _unique(pairs):

@@ -157,7 +157,7 @@ class Answer(States):
     With a view of an encoding: FLOAT16 brings float16 arrays, positions in the environments, and origins, float64[m, 3],
     to be added; FIXED16 brings positions as float32 in the world, off by 1/131 068 of the longest side of a cloth's box,
     and velocities as float16. Reductions that the view asks for, float64: coverage [m^2], target_distance [m]: [m];
-    centroid [m]: [m, 3]; box [m]: [m, 2, 3], lowest and highest corner.
+    centroid [m]: [m, 3]; box [m]: [m, 2, 3], lowest and highest corner; both in the world.
 
     faulted: bool[m]. reports: m StepReports, grips and impulses, if asked for. timing: where the server spent its time,
     None if nothing was sent.

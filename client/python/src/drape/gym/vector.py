@@ -73,6 +73,8 @@ class ClothVectorEnv(VectorEnv):
             raise ValueError(f"render_mode: None or one of {self.metadata['render_modes']}, got {render_mode!r}")
         if not isinstance(num_envs, (int, np.integer)) or num_envs < 1:
             raise ValueError(f"num_envs: a whole number >= 1, got {num_envs!r}")
+        if not isinstance(autoreset_mode, AutoresetMode) and autoreset_mode not in [mode.value for mode in AutoresetMode]:
+            raise ValueError(f"autoreset_mode: one of {[mode.value for mode in AutoresetMode]}, got {autoreset_mode!r}")
         if not isinstance(client, (drape.Client, type(None))):
             raise TypeError(f"client: a drape.Client, or None, got {client!r}")
         self.num_envs = num_envs
@@ -195,8 +197,12 @@ class ClothVectorEnv(VectorEnv):
     def restore(self, snapshot: bytes, *, inexact: bool = False) -> None:
         """Goes on from what `snapshot` gave, here or in another process; only from those you trust, since `pickle` reads
         it. inexact: also if the server is of another build, backend or device, with other bits. Raises ValueError for
-        the snapshot of another task or number of environments, FailedPrecondition (OTHER_BUILD)."""
-        kind, kept, pending, cloths = pickle.loads(snapshot)
+        the snapshot of another task or number of environments and for what is no snapshot, FailedPrecondition
+        (OTHER_BUILD)."""
+        try:
+            kind, kept, pending, cloths = pickle.loads(snapshot)
+        except (pickle.UnpicklingError, EOFError, LookupError, AttributeError, ImportError, ValueError, TypeError) as error:
+            raise ValueError(f"snapshot: is not what snapshot() gives: {error}") from error
         if kind != self._kind():
             raise ValueError(f"snapshot: of (task, environments, particles) {kind}, these are {self._kind()}")
         restored = self._session.restore(cloths, spec=self.cloths.spec, inexact=inexact)

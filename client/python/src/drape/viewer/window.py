@@ -4,13 +4,16 @@ from __future__ import annotations
 
 import pathlib
 import queue
+import reprlib
+import socket
 import threading
 import time
 
 import numpy as np
 import viser
 
-from drape import errors
+import drape
+from drape import checks, errors
 from drape.viewer.drawing import Drawing
 from drape.viewer.pace import Pace
 from drape.viewer.surroundings import Surroundings
@@ -18,6 +21,23 @@ from drape.viewer.surroundings import Surroundings
 _FRAME_S = 1 / 30
 _LOOK_AGAIN_S = 1.0  # whether somebody else has changed gravity or wind; whether what somebody else steps has blown up
 _COLOURINGS = ("cloth", "strain", "speed")
+
+
+def _checked(batches):
+    """A list of `batches`, at least one."""
+    if not isinstance(batches, (list, tuple)) or not batches or not all(isinstance(of, drape.Cloths) for of in batches):
+        raise errors.bad_field("batches", f"{reprlib.repr(batches)} is not a list of Cloths, at least one")
+    return list(batches)
+
+
+def _check_place(host, port):
+    """viser waits for ever for a server that cannot listen."""
+    checks.whole("port", port, 1, 2**16 - 1)
+    try:
+        with socket.socket(socket.AF_INET6 if ":" in host else socket.AF_INET) as probe:
+            probe.bind((host, 0))
+    except (OSError, TypeError) as error:
+        raise errors.bad_field("host", f"{host!r} is no address of this machine, as 127.0.0.1 and 0.0.0.0 are: {error}") from None
 
 
 class Window:
@@ -28,12 +48,15 @@ class Window:
     of a world must be); None: somebody else does. reset(): begins again. time_step_s: of the simulation, for playing in
     real time. stride: shows every so manieth cloth only, for slow networks. host: "0.0.0.0" lets other machines look on.
     tracks_colliders: others move them, or change pins: asks the server after every step. `with` and `close()` end it;
-    `run()` blocks.
+    `run()` blocks. Raises InvalidArgument, also if no server can listen on this host.
     """
 
     def __init__(self, batches, *, advance="step", reset=None, time_step_s=1 / 60, stride=1, host="127.0.0.1", port=8080,
                  tracks_colliders=False):
-        self.batches = list(batches)
+        self.batches = _checked(batches)
+        checks.whole("stride", stride, 1, 2**31 - 1)
+        checks.positive("time_step_s", time_step_s)
+        _check_place(host, port)
         self._advance = self._step_all if advance == "step" else advance
         self._reset = self._reset_all if reset is None else reset
         self._time_step_s = time_step_s
