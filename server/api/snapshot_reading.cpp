@@ -51,8 +51,8 @@ Status CheckHeader(const v1::SnapshotHeader& header, const SnapshotTarget& targe
   if (header.backend() != target.backend.name) {
     return differs("backend", header.backend(), target.backend.name);
   }
-  if (header.device() != target.backend.device) {
-    return differs("device", header.device(), target.backend.device);
+  if (header.device() != target.backend.arithmetic) {
+    return differs("device", header.device(), target.backend.arithmetic);
   }
   if (header.build_id() != BuildId()) return differs("build", header.build_id(), BuildId());
   return Status::Ok();

@@ -107,7 +107,7 @@ Result<std::string> WriteSnapshot(const SavedStates& saved, const BackendDescrip
   header.set_server_version(version);
   header.set_build_id(BuildId());
   header.set_backend(backend.name);
-  header.set_device(backend.device);
+  header.set_device(backend.arithmetic);
   header.set_models(static_cast<uint32_t>(shared.built.size()));
   header.set_meshes(static_cast<uint32_t>(shared.maps.objects().size()));
   header.set_cloths(static_cast<uint32_t>(saved.cloths.size()));

@@ -27,6 +27,8 @@ class DeviceBackend;
 struct BackendDescription {
   std::string name;    // "gl", "cpu", "reference"
   std::string device;  // "llvmpipe (LLVM 15.0.6), OpenGL 4.5 ...", "2 cores"
+  // What of the device may decide bits: all of it, but the number of threads.
+  std::string arithmetic{};
   ScalarType scalar = ScalarType::kFloat32;
   bool is_hardware_gpu = false;
   // StepItem::impulses takes hardly more time and memory than a step without. Else nobody asks for

@@ -66,10 +66,11 @@ class CpuBackend final : public Backend {
   }
 
   BackendDescription Describe() const override {
+    const std::string arithmetic = ProcessorName() + ", " + LanesText();
     return {.name = "cpu",
             .device = std::to_string(thread_count_) +
-                      (thread_count_ == 1 ? " core, " : " cores, ") + ProcessorName() + ", " +
-                      LanesText(),
+                      (thread_count_ == 1 ? " core, " : " cores, ") + arithmetic,
+            .arithmetic = arithmetic,
             .scalar = ScalarType::kFloat32,
             .has_cheap_impulses = true,
             .plan_of = [plan = lane_count_ > 1 ? "lanes" : "single"](

@@ -28,6 +28,7 @@ class ReferenceBackend final : public Backend {
   BackendDescription Describe() const override {
     return {.name = "reference",
             .device = "1 core, double precision",
+            .arithmetic = "double precision",
             .scalar = ScalarType::kFloat64,
             .is_hardware_gpu = false,
             .has_cheap_impulses = true,

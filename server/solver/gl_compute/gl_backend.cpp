@@ -52,8 +52,10 @@ class GlBackend final : public DeviceBackend {
     const char* strips = IsReduction(strip_solve)                   ? ", strips by cyclic reduction"
                          : strip_solve == StripSolve::kFromBothEnds ? ", strips from both ends"
                                                                     : "";
+    const std::string device = context.renderer() + ", OpenGL " + context.version() + strips;
     return {.name = "gl",
-            .device = context.renderer() + ", OpenGL " + context.version() + strips,
+            .device = device,
+            .arithmetic = device,
             .scalar = ScalarType::kFloat32,
             .is_hardware_gpu = !context.is_software(),
             .can_step = KernelsCanStep,

@@ -253,7 +253,7 @@ def test_a_window_that_cannot_be_is_refused_before_a_server_starts(session, chan
     with pytest.raises(drape.InvalidArgument) as caught:
         Window(**{"batches": [session.create(sheet())], **change})
     assert words in str(caught.value)
-    assert threading.active_count() == before
+    assert threading.active_count() <= before
 
 
 def test_the_command_line_says_what_is_wrong(capsys, tmp_path):

@@ -131,8 +131,8 @@ class SessionBase:
     def _restore(self, snapshot: bytes, *, inexact: bool = False, spec: v1.ClothSpec | None = None,
                  request_id: str = "") -> Operation[Cloths]:
         """New cloths that go on from `cloths.snapshot()` with the bits that they would have had, all or none. inexact:
-        accept a snapshot of another build, backend or device, whose cloths may go on with other bits; the device is
-        `client.info.device`, of the backend `cpu` with the number of its threads. spec: see `attach`.
+        accept a snapshot of another build, backend or device, whose cloths may go on with other bits; the number of threads
+        does not matter. spec: see `attach`.
         request_id: a repetition with the same id and snapshot gets the same cloths.
         Raises InvalidArgument (SNAPSHOT_DAMAGED), FailedPrecondition (OTHER_BUILD, SNAPSHOT_TOO_NEW)."""
         if not isinstance(snapshot, (bytes, bytearray, memoryview)):
