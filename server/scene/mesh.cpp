@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <unordered_map>
 
+#include "server/core/keyed_hash.h"
+
 namespace drape {
 
 namespace {
@@ -14,7 +16,7 @@ constexpr double kMinAreaRatio = 1e-12;
 
 std::vector<MeshEdge> UniqueEdges(const std::vector<std::array<uint32_t, 3>>& triangles) {
   std::vector<MeshEdge> edges;
-  std::unordered_map<uint64_t, uint32_t> edge_of_vertices;
+  std::unordered_map<uint64_t, uint32_t, KeyedHash> edge_of_vertices;
   edges.reserve(triangles.size() * 3 / 2);
   edge_of_vertices.reserve(triangles.size() * 3 / 2);
   for (const auto& triangle : triangles) {

@@ -8,6 +8,7 @@
 #include <set>
 #include <unordered_map>
 
+#include "server/core/keyed_hash.h"
 #include "server/scene/mesh.h"
 
 namespace drape {
@@ -19,6 +20,10 @@ using Triangle = std::array<uint32_t, 3>;
 constexpr uint32_t kNoVertex = ~0u;
 // A flip must raise the flatter of the two triangles by this factor: no flip is taken back.
 constexpr double kLeastGain = 2;
+// Rounds of collapses, each of edges that share no vertex. Defects need a few: a cluster of n
+// vertices log2(n). Where thousands of triangles share one vertex, and their far sides are long, a
+// round removes one of them; what is left of them then stays.
+constexpr int kMaxCollapseRounds = 64;
 // Rounds of flips, each of edges that share no triangle.
 constexpr int kMaxFlipRounds = 10;
 
@@ -46,10 +51,11 @@ uint64_t EdgeKey(uint32_t i, uint32_t j) {
   return (uint64_t{std::min(i, j)} << 32) | std::max(i, j);
 }
 
+using EdgeTriangles = std::unordered_map<uint64_t, std::vector<uint32_t>, KeyedHash>;
+
 // The triangles at each edge, ascending.
-std::unordered_map<uint64_t, std::vector<uint32_t>> TrianglesAtEdges(
-    const std::vector<Triangle>& triangles) {
-  std::unordered_map<uint64_t, std::vector<uint32_t>> by_edge;
+EdgeTriangles TrianglesAtEdges(const std::vector<Triangle>& triangles) {
+  EdgeTriangles by_edge;
   by_edge.reserve(triangles.size() * 3 / 2);
   for (uint32_t t = 0; t < triangles.size(); ++t) {
     for (int corner = 0; corner < 3; ++corner) {
@@ -131,11 +137,11 @@ class Repair {
   // cell has few of them.
   void Weld(double tolerance_m) {
     if (tolerance_m == 0) return;
-    std::unordered_map<uint64_t, std::vector<uint32_t>> cells;
+    std::unordered_map<uint64_t, std::vector<uint32_t>, KeyedHash> cells;
     const auto key = [](const std::array<int64_t, 3>& c) {
-      return static_cast<uint64_t>(c[0]) * 0x9E3779B97F4A7C15u ^
-             static_cast<uint64_t>(c[1]) * 0xC2B2AE3D27D4EB4Fu ^
-             static_cast<uint64_t>(c[2]) * 0x165667B19E3779F9u;
+      uint64_t of_all = 0;
+      for (const int64_t k : c) of_all = KeyedHash()(of_all ^ static_cast<uint64_t>(k));
+      return of_all;
     };
     for (const uint32_t v : BorderVertices()) {
       const Vector3d& p = drawn_.positions_m[v];
@@ -165,7 +171,7 @@ class Repair {
 
   // The shortest edges first, in rounds of edges that share no vertex: lengths change on the way.
   void Collapse(double limit_m) {
-    while (true) {
+    for (int round = 0; round < kMaxCollapseRounds; ++round) {
       std::vector<std::pair<double, MeshEdge>> shorts;
       for (MeshEdge& edge : UniqueEdges(mesh_.triangles)) {
         const double length_m = Length(mesh_, edge);
@@ -248,7 +254,7 @@ class Repair {
 
   // The triangles c a b and b a d become c a d and c d b.
   bool Flip(uint32_t c, uint32_t a, uint32_t b, const Cap& cap, uint32_t other,
-            const std::unordered_map<uint64_t, std::vector<uint32_t>>& by_edge) {
+            const EdgeTriangles& by_edge) {
     Triangle& second = mesh_.triangles[other];
     const uint32_t d = second[0] + second[1] + second[2] - a - b;
     if (c == d || by_edge.contains(EdgeKey(c, d))) return false;

@@ -170,6 +170,29 @@ TEST(MeshRepair, ALineOfShortEdgesKeepsItsLength) {
   EXPECT_NEAR(Area(repaired.mesh), Area(drawn), 2 * limit_m * 0.1);
 }
 
+// Short edges that all share a vertex, while those between their other ends are long: a round can
+// remove one of them, and would pass over the whole mesh for each.
+TEST(MeshRepair, ThousandsOfShortEdgesAtOneVertexEndAfterSomeRounds) {
+  TriangleMesh drawn = Sheet(60, 60);
+  const double limit_m = kCollapseShare * 0.1;
+  const auto hub = static_cast<uint32_t>(drawn.positions_m.size());
+  const Eigen::Vector3d middle(-1, 0, 0);
+  drawn.positions_m.push_back(middle);
+  std::mt19937 random(5);
+  std::uniform_real_distribution<double> shift_m(-0.15 * limit_m, 0.15 * limit_m);
+  constexpr uint32_t kTriangles = 300;
+  for (uint32_t t = 0; t < kTriangles; ++t) {
+    for (const double side : {-0.75, 0.75}) {
+      drawn.positions_m.emplace_back(middle.x() + side * limit_m + shift_m(random), shift_m(random),
+                                     shift_m(random));
+    }
+    drawn.triangles.push_back({hub, hub + 1 + 2 * t, hub + 2 + 2 * t});
+  }
+  const RepairedMesh repaired = RepairMesh(drawn);
+  EXPECT_GT(repaired.counts.collapsed_vertices, 10u);
+  EXPECT_LT(repaired.counts.collapsed_vertices, 100u);
+}
+
 // A vertex just beside the middle of an edge, towards one side: the edge spans it.
 TEST(MeshRepair, TheLongEdgeOfACapIsFlipped) {
   TriangleMesh drawn;

@@ -3,6 +3,9 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <chrono>
+#include <unordered_map>
+
 namespace drape {
 namespace {
 
@@ -29,6 +32,32 @@ TEST(UniqueEdges, AnEdgeOfThreeTrianglesHasThreeOppositeVertices) {
 TEST(UniqueEdges, IndicesBeyondThirtyTwoBitsOfKeyDoNotCollide) {
   const auto edges = UniqueEdges({{0xffffffffu, 0, 1}, {0xfffffffeu, 1, 2}});
   EXPECT_EQ(edges.size(), 6u);
+}
+
+// Of two numbers of vertices, the second one is chosen so that all these edges would be in one
+// bucket of a table that hashes them to themselves: seconds here, in place of milliseconds.
+TEST(UniqueEdges, ClientsCannotChooseEdgesThatShareABucket) {
+  constexpr uint64_t kTriangles = 80'000, kVertices = 240'000;
+  std::unordered_map<uint64_t, uint32_t> plain;
+  plain.reserve(kTriangles * 3 / 2);
+  const uint64_t buckets = plain.bucket_count();
+  std::vector<std::array<uint32_t, 3>> triangles;
+  for (uint64_t i = 0; i < kVertices && triangles.size() < kTriangles / 2; ++i) {
+    const uint64_t j = buckets - (i << 32) % buckets;
+    if (j <= i + 1 || j >= kVertices) continue;
+    triangles.push_back({static_cast<uint32_t>(i), static_cast<uint32_t>(j), uint32_t(i + 1)});
+  }
+  ASSERT_EQ(triangles.size(), kTriangles / 2);
+  // As many others, for the size of the table.
+  for (uint32_t i = 0; triangles.size() < kTriangles; ++i) triangles.push_back({i, i + 1, i + 2});
+  const auto time_s = [&] {
+    const auto begin = std::chrono::steady_clock::now();
+    EXPECT_GT(UniqueEdges(triangles).size(), kTriangles);
+    return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  };
+  const double chosen_s = time_s();
+  for (size_t t = 0; t < kTriangles / 2; ++t) triangles[t][1] = triangles[t][2] + uint32_t(t % 97);
+  EXPECT_LT(chosen_s, 0.1 + 20 * time_s());
 }
 
 TEST(TriangleArea, OfAKnownTriangle) {
