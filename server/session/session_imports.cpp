@@ -15,6 +15,8 @@ Status Session::Adopt(std::vector<SavedCloth>& cloths) {
   DistanceMapSet maps;
   for (const SavedCloth& cloth : cloths) Insert(cloth.description->parameters.colliders, maps);
   DRAPE_ASSIGN_OR_RETURN(const MapCharges charges, map_quota_->Charge(maps));
+  std::map<const DistanceMap*, std::shared_ptr<const MapCharge>> charge_of;
+  for (const auto& charge : charges) charge_of[charge->map()] = charge;
   std::map<const SceneModel*, SharedModel> shared;
   for (SavedCloth& cloth : cloths) {
     auto description = std::make_shared<ClothDescription>(*cloth.description);
@@ -25,7 +27,10 @@ Status Session::Adopt(std::vector<SavedCloth>& cloths) {
     const auto& model = description->model = known.model;
     description->model_charge = known.charge;
     description->plan = commons_->scheduler.description().plan_of(*model, description->parameters);
-    if (!description->parameters.colliders.empty()) description->map_charges = charges;
+    DistanceMapSet its_maps;
+    Insert(description->parameters.colliders, its_maps);
+    description->map_charges.clear();
+    for (const auto& map : its_maps) description->map_charges.push_back(charge_of.at(map.get()));
     cloth.description = std::move(description);
   }
   return Status::Ok();

@@ -3,8 +3,10 @@
 
 #include <chrono>
 
+#include "server/scene/distance_map.h"
 #include "server/session/session_registry.h"
 #include "tests/session/session_fixture.h"
+#include "tests/support/solids/solids.h"
 
 namespace drape {
 namespace {
@@ -50,8 +52,8 @@ std::vector<SavedCloth> InWorldsOfTheirOwn(const SavedCloth& cloth, size_t count
   return cloths;
 }
 
-// Nothing is counted over the whole session for each of the worlds: that would take eighty
-// times as long.
+// Nothing is counted over the whole session for each of the worlds: that would take eighty times as
+// long.
 TEST_F(SessionImports, ManyWorldsTakeAboutAsLongAsTheirCloths) {
   constexpr size_t kCount = 10'000;
   Start();
@@ -104,6 +106,38 @@ TEST_F(SessionImports, EveryClothOfAWorldIsChecked) {
   for (SavedCloth& cloth : many) cloth.world = "heap";
   EXPECT_EQ(Import(many).status().reason(), "QUOTA_EXCEEDED");
   EXPECT_EQ(session().cloth_count(), 0u);
+}
+
+// A chain beside boxes of these sides, two of each.
+ClothCreation BesideBoxes(const std::vector<double>& sides_m) {
+  ClothCreation creation = Chains(1, 2);
+  for (const double side_m : sides_m) {
+    const auto map = DistanceMap::Build(
+        test::BoxMesh(Eigen::Vector3d::Zero(), Eigen::Vector3d::Constant(side_m)),
+        {.resolution = 4});
+    for (int twice = 0; twice < 2; ++twice) {
+      creation.copies[0].parameters.colliders.push_back(DistanceMapAt(*map));
+    }
+  }
+  return creation;
+}
+
+// A map counts until the last of its cloths is gone, and for no other cloth.
+TEST_F(SessionImports, ClothsHoldTheChargesOfTheirOwnMaps) {
+  Start();
+  const SavedCloth both = Saved(BesideBoxes({1, 2})), none = Saved(Chains(1, 2));
+  const SavedCloth other = Saved(BesideBoxes({3}));
+  const ClothList cloths = Find(Import({both, none, other, both}).value());
+  std::vector<size_t> charges;
+  for (const auto& cloth : cloths) charges.push_back(cloth->description()->map_charges.size());
+  EXPECT_EQ(charges, (std::vector<size_t>{2, 0, 1, 2}));
+  const uint64_t all_bytes = session().map_bytes();
+  EXPECT_TRUE(Delete({cloths[0]}).ok());
+  EXPECT_EQ(session().map_bytes(), all_bytes);
+  EXPECT_TRUE(Delete({cloths[2]}).ok());
+  EXPECT_LT(session().map_bytes(), all_bytes);
+  EXPECT_TRUE(Delete({cloths[1], cloths[3]}).ok());
+  EXPECT_EQ(session().map_bytes(), 0u);
 }
 
 }  // namespace
