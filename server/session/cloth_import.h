@@ -19,7 +19,6 @@ class ImportMaker {
   explicit ImportMaker(std::vector<SavedCloth> cloths) : cloths_(std::move(cloths)) {}
 
   size_t cloth_count() const { return cloths_.size(); }
-  const std::vector<SavedCloth>& cloths() const { return cloths_; }
   // Creates cloths [begin, end) on the backend. After an error, earlier cloths remain.
   Status Make(Backend& backend, size_t begin, size_t end);
   const std::vector<std::shared_ptr<ClothRecord>>& made() const { return made_; }

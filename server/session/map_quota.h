@@ -54,6 +54,8 @@ class MapCharge {
   MapCharge(const MapCharge&) = delete;
   MapCharge& operator=(const MapCharge&) = delete;
 
+  const DistanceMap* map() const { return map_.get(); }
+
  private:
   const std::shared_ptr<MapQuota> quota_;
   const std::shared_ptr<const DistanceMap> map_;

@@ -52,16 +52,6 @@ Session::Session(std::shared_ptr<SessionCommons> commons, std::string name,
                                             commons_->map_pool, owner())),
       table_(std::move(issued)) {}
 
-uint32_t Session::cloth_count() const {
-  const std::lock_guard lock(mutex_);
-  return static_cast<uint32_t>(cloth_quota_used_);
-}
-
-uint64_t Session::particle_count() const {
-  const std::lock_guard lock(mutex_);
-  return particle_quota_used_;
-}
-
 Status Session::CheckQuota(uint64_t cloths, uint64_t particles) const {
   const SessionLimits& limits = commons_->limits;
   if (is_closed_) {
@@ -102,7 +92,10 @@ bool Session::Publish(const ClothList& records, bool keeps_ids) {
   } else {
     table_.Add(records, name_);
   }
-  for (const auto& record : records) cloths_.emplace(record->creation_number, record);
+  for (const auto& record : records) {
+    cloths_.emplace(record->creation_number, record);
+    EnterWorld(*record);
+  }
   return true;
 }
 
@@ -110,7 +103,9 @@ ClothList Session::Unpublish(const ClothList& cloths) {
   const std::lock_guard lock(mutex_);
   ClothList removed;
   for (const auto& cloth : cloths) {
-    if (cloths_.erase(cloth->creation_number) > 0) removed.push_back(cloth);
+    if (cloths_.erase(cloth->creation_number) == 0) continue;
+    LeaveWorld(*cloth);
+    removed.push_back(cloth);
   }
   table_.Remove(removed);
   return removed;
@@ -170,6 +165,7 @@ void Session::Close(std::function<void(Status)> done) {
     saved.swap(saved_);
     for (const auto& [number, cloth] : cloths_) cloths.push_back(cloth);
     cloths_.clear();
+    worlds_.clear();
     table_.Remove(cloths);
   }
   FreeOnDevice(std::move(cloths), std::move(done));

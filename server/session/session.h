@@ -6,6 +6,7 @@
 #include <map>
 #include <memory>
 #include <mutex>
+#include <set>
 #include <span>
 #include <string>
 #include <vector>
@@ -113,8 +114,9 @@ class Session : public std::enable_shared_from_this<Session> {
   double ttl_s() const { return ttl_s_; }
   // When it was as it came back into this run of the server; 0: it was created here.
   double checkpoint_unix_s() const { return checkpoint_unix_s_; }
-  uint32_t cloth_count() const;     // quota in use
-  uint64_t particle_count() const;  // quota in use
+  // Quota in use. Wait for nobody: the registry asks with its lock held.
+  uint32_t cloth_count() const { return static_cast<uint32_t>(cloth_quota_used_); }
+  uint64_t particle_count() const { return particle_quota_used_; }
   uint64_t map_bytes() const { return map_quota_->used_bytes(); }
   RequestMemory& request_memory() { return request_memory_; }
   // Shared by the sessions of its tenant.
@@ -214,15 +216,19 @@ class Session : public std::enable_shared_from_this<Session> {
   bool Publish(const ClothList& records, bool keeps_ids = false);
   void Import(std::vector<SavedCloth> cloths, bool keeps_ids,
               std::function<void(Result<std::vector<ClothId>>)> done);
-  // Whether their worlds can be made anew.
-  Status CheckImportedWorlds(const std::vector<SavedCloth>& cloths) const;
+  // Whether the cloths can be in their worlds; the names of those. Others may enter one meanwhile:
+  // CheckNewWorlds.
+  Result<std::vector<std::string>> CheckImportedWorlds(const std::vector<SavedCloth>& cloths) const;
+  // Whether no cloth is in one of these worlds.
+  Status CheckNewWorlds(const std::vector<std::string>& worlds) const;
   // Whether every cloth can have its id back.
   Status CheckReturn(const std::vector<SavedCloth>& cloths) const;
-  // Whether cloths of this model, with these settings, can be in the world.
+  // Whether cloths of this model, with these settings, can be in the world. Linear in them.
   Status CheckWorld(const std::string& world, const SceneModel& model,
                     std::span<const StepSettings* const> settings) const;
-  // Of the cloths that are there; null: none is. mutex_ held.
-  std::shared_ptr<const ClothRecord> FirstOfWorld(const std::string& world) const;
+  // mutex_ held.
+  void EnterWorld(const ClothRecord& cloth);
+  void LeaveWorld(const ClothRecord& cloth);
   // The cloths, which are published, enter their worlds. Device thread.
   void JoinWorlds(const ClothList& cloths);
   // Publishes the cloths of a creation that ended with `status`.
@@ -254,10 +260,14 @@ class Session : public std::enable_shared_from_this<Session> {
   mutable std::mutex mutex_;
   std::map<uint64_t, std::shared_ptr<ClothRecord>> cloths_;          // by creation number
   std::map<std::string, std::shared_ptr<const SavedStates>> saved_;  // by name
-  // By name, as long as a cloth is in it.
-  std::map<std::string, std::weak_ptr<ClothWorld>> worlds_;
-  uint64_t cloth_quota_used_ = 0;
-  uint64_t particle_quota_used_ = 0;
+  struct NamedWorld {
+    std::set<uint64_t> cloths;  // of cloths_, at least one
+    std::weak_ptr<ClothWorld> world;
+  };
+  std::map<std::string, NamedWorld> worlds_;
+  // Change with mutex_ held.
+  std::atomic<uint64_t> cloth_quota_used_{0};
+  std::atomic<uint64_t> particle_quota_used_{0};
   bool is_closed_ = false;
 };
 

@@ -15,6 +15,8 @@ Status Session::Adopt(std::vector<SavedCloth>& cloths) {
   DistanceMapSet maps;
   for (const SavedCloth& cloth : cloths) Insert(cloth.description->parameters.colliders, maps);
   DRAPE_ASSIGN_OR_RETURN(const MapCharges charges, map_quota_->Charge(maps));
+  std::map<const DistanceMap*, std::shared_ptr<const MapCharge>> charge_of;
+  for (const auto& charge : charges) charge_of[charge->map()] = charge;
   std::map<const SceneModel*, SharedModel> shared;
   for (SavedCloth& cloth : cloths) {
     auto description = std::make_shared<ClothDescription>(*cloth.description);
@@ -25,23 +27,43 @@ Status Session::Adopt(std::vector<SavedCloth>& cloths) {
     const auto& model = description->model = known.model;
     description->model_charge = known.charge;
     description->plan = commons_->scheduler.description().plan_of(*model, description->parameters);
-    if (!description->parameters.colliders.empty()) description->map_charges = charges;
+    DistanceMapSet its_maps;
+    Insert(description->parameters.colliders, its_maps);
+    description->map_charges.clear();
+    for (const auto& map : its_maps) description->map_charges.push_back(charge_of.at(map.get()));
     cloth.description = std::move(description);
   }
   return Status::Ok();
 }
 
-Status Session::CheckImportedWorlds(const std::vector<SavedCloth>& cloths) const {
-  std::map<std::string, std::vector<const StepSettings*>> settings;
+Result<std::vector<std::string>> Session::CheckImportedWorlds(
+    const std::vector<SavedCloth>& cloths) const {
+  struct Members {
+    // Of all, or one that CheckWorld refuses.
+    const SceneModel* model = nullptr;
+    std::vector<const StepSettings*> settings;
+  };
+  std::map<std::string, Members> members;
   for (const SavedCloth& cloth : cloths) {
     if (cloth.world.empty()) continue;
-    settings[cloth.world].push_back(&cloth.description->parameters.settings);
-    DRAPE_RETURN_IF_ERROR(
-        CheckWorld(cloth.world, *cloth.description->model, settings[cloth.world]));
+    Members& its = members[cloth.world];
+    const SceneModel& model = *cloth.description->model;
+    if (its.model == nullptr || model.triangles().empty()) its.model = &model;
+    its.settings.push_back(&cloth.description->parameters.settings);
   }
+  std::vector<std::string> worlds;
+  for (const auto& [world, its] : members) {
+    DRAPE_RETURN_IF_ERROR(CheckWorld(world, *its.model, its.settings));
+    worlds.push_back(world);
+  }
+  DRAPE_RETURN_IF_ERROR(CheckNewWorlds(worlds));
+  return worlds;
+}
+
+Status Session::CheckNewWorlds(const std::vector<std::string>& worlds) const {
   const std::lock_guard lock(mutex_);
-  for (const auto& [world, its] : settings) {
-    if (FirstOfWorld(world) == nullptr) continue;
+  for (const std::string& world : worlds) {
+    if (!worlds_.contains(world)) continue;
     return Status::InvalidField("world", "the session has a world '" + world +
                                              "' already, in which the cloths would meet those "
                                              "that are there: import them into another session");
@@ -72,7 +94,8 @@ void Session::Import(std::vector<SavedCloth> cloths, bool keeps_ids,
     particles += its;
     largest = std::max(largest, its);
   }
-  if (const Status status = CheckImportedWorlds(cloths); !status.ok()) return done(status);
+  Result<std::vector<std::string>> worlds = CheckImportedWorlds(cloths);
+  if (!worlds.ok()) return done(worlds.status());
   const size_t count = cloths.size();
   if (const Status status = ReserveQuota(count, particles); !status.ok()) return done(status);
   if (const Status status = Adopt(cloths); !status.ok()) {
@@ -86,14 +109,14 @@ void Session::Import(std::vector<SavedCloth> cloths, bool keeps_ids,
       [maker](Backend& backend, size_t begin, size_t end) {
         return maker->Make(backend, begin, end);
       },
-      [self = shared_from_this(), maker, keeps_ids, done, count, particles, made = std::move(made)](
-          Backend& backend, const Status& outcome) {
+      [self = shared_from_this(), maker, keeps_ids, done, count, particles, made = std::move(made),
+       worlds = std::move(*worlds)](Backend& backend, const Status& outcome) {
         Result<std::vector<ClothId>> answer = std::vector<ClothId>{};
-        const Status worlds = self->CheckImportedWorlds(maker->cloths());
+        const Status are_new = self->CheckNewWorlds(worlds);
         if (!outcome.ok()) {
           answer = outcome;
-        } else if (!worlds.ok()) {
-          answer = worlds;
+        } else if (!are_new.ok()) {
+          answer = are_new;
         } else if (!self->Publish(maker->made(), keeps_ids)) {
           answer = Status(StatusCode::kNotFound, "SESSION_NOT_FOUND", "the session has ended");
         } else {

@@ -1,5 +1,4 @@
 // The methods of Session about cloths that touch each other.
-#include <algorithm>
 #include <utility>
 
 #include "server/session/session.h"
@@ -18,11 +17,15 @@ std::string_view DifferentSetting(const StepSettings& a, const StepSettings& b) 
 
 }  // namespace
 
-std::shared_ptr<const ClothRecord> Session::FirstOfWorld(const std::string& world) const {
-  for (const auto& [number, cloth] : cloths_) {
-    if (cloth->world == world) return cloth;
-  }
-  return nullptr;
+void Session::EnterWorld(const ClothRecord& cloth) {
+  if (!cloth.world.empty()) worlds_[cloth.world].cloths.insert(cloth.creation_number);
+}
+
+void Session::LeaveWorld(const ClothRecord& cloth) {
+  const auto world = worlds_.find(cloth.world);
+  if (world == worlds_.end()) return;
+  world->second.cloths.erase(cloth.creation_number);
+  if (world->second.cloths.empty()) worlds_.erase(world);
 }
 
 Status Session::CheckWorld(const std::string& world, const SceneModel& model,
@@ -36,9 +39,10 @@ Status Session::CheckWorld(const std::string& world, const SceneModel& model,
   size_t members = 0;
   {
     const std::lock_guard lock(mutex_);
-    first = FirstOfWorld(world);
-    members = static_cast<size_t>(std::ranges::count_if(
-        cloths_, [&](const auto& entry) { return entry.second->world == world; }));
+    if (const auto named = worlds_.find(world); named != worlds_.end()) {
+      members = named->second.cloths.size();
+      first = cloths_.at(*named->second.cloths.begin());
+    }
   }
   if (members + settings.size() > kMaxClothsPerWorld) {
     return {StatusCode::kResourceExhausted, "QUOTA_EXCEEDED",
@@ -65,12 +69,12 @@ void Session::JoinWorlds(const ClothList& cloths) {
     std::shared_ptr<ClothWorld> world;
     {
       const std::lock_guard lock(mutex_);
-      std::erase_if(worlds_, [](const auto& entry) { return entry.second.expired(); });
-      std::weak_ptr<ClothWorld>& named = worlds_[cloth->world];
-      world = named.lock();
+      const auto named = worlds_.find(cloth->world);
+      if (named == worlds_.end()) continue;  // deleted already, it and all others
+      world = named->second.world.lock();
       if (world == nullptr) {
         world = std::make_shared<ClothWorld>(++commons_->worlds);
-        named = world;
+        named->second.world = world;
       }
     }
     cloth->runtime->Join(std::move(world), cloth->id.Packed(),
