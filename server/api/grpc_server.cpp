@@ -8,8 +8,15 @@
 #include <grpcpp/security/tls_certificate_provider.h>
 #include <grpcpp/security/tls_credentials_options.h>
 #include <grpcpp/server_builder.h>
+#include <sys/socket.h>
+#include <sys/un.h>
+#include <unistd.h>
 
+#include <cerrno>
+#include <cstring>
+#include <filesystem>
 #include <mutex>
+#include <string_view>
 #include <utility>
 
 #include "server/api/stranger_streams.h"
@@ -21,6 +28,46 @@ namespace {
 constexpr int kLeastPing_ms = 10'000;
 // Between two looks at the files of certificates and keys [s].
 constexpr unsigned kReadAgain_s = 2;
+
+constexpr std::string_view kUnix = "unix:";
+
+Status CannotListen(const std::string& listen, const std::string& why) {
+  return {StatusCode::kFailedPrecondition, "LISTEN_FAILED",
+          "cannot listen on " + listen + ": " + why};
+}
+
+bool SomebodyAnswers(const sockaddr_un& address) {
+  const int socket = ::socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
+  if (socket < 0) return false;
+  const bool answers =
+      connect(socket, reinterpret_cast<const sockaddr*>(&address), sizeof(address)) == 0 ||
+      errno == EAGAIN;  // it has more to accept than it can keep
+  close(socket);
+  return answers;
+}
+
+// gRPC would take the path away from a server that listens on it.
+Status CheckUnixPath(const std::string& listen) {
+  namespace fs = std::filesystem;
+  if (!listen.starts_with(kUnix)) return Status::Ok();
+  const std::string path = listen.substr(kUnix.size());
+  sockaddr_un address{};
+  address.sun_family = AF_UNIX;
+  if (path.empty() || path.size() >= sizeof(address.sun_path)) {
+    return CannotListen(listen, "a path has 1 to " + std::to_string(sizeof(address.sun_path) - 1) +
+                                    " bytes, this one has " + std::to_string(path.size()));
+  }
+  std::memcpy(address.sun_path, path.data(), path.size());
+  std::error_code ignored;
+  const fs::path folder = fs::absolute(path, ignored).parent_path();
+  if (!fs::is_directory(folder, ignored)) {
+    return CannotListen(listen, "there is no folder " + folder.string());
+  }
+  const fs::file_status file = fs::symlink_status(path, ignored);
+  if (fs::exists(file) && !fs::is_socket(file)) return CannotListen(listen, "it is no socket");
+  if (SomebodyAnswers(address)) return CannotListen(listen, "another server listens on it");
+  return Status::Ok();
+}
 
 std::string HostOf(const std::string& listen) {
   const size_t colon = listen.rfind(':');
@@ -100,7 +147,7 @@ void RegisterPlugins() {
 }  // namespace
 
 bool IsLoopback(const std::string& listen) {
-  if (listen.starts_with("unix:")) return true;
+  if (listen.starts_with(kUnix)) return true;
   const std::string host = HostOf(listen);
   const bool is_numeric = host.find_first_not_of("0123456789.") == std::string::npos;
   return host == "localhost" || host == "::1" || (is_numeric && host.rfind("127.", 0) == 0);
@@ -113,6 +160,7 @@ Result<std::unique_ptr<GrpcServer>> GrpcServer::Start(const ServerOptions& optio
                   "other machines can reach " + options.listen +
                       ": give --tls-cert and --tls-key, or spell out --insecure");
   }
+  DRAPE_RETURN_IF_ERROR(CheckUnixPath(options.listen));
   RegisterPlugins();
   std::unique_ptr<GrpcServer> server(new GrpcServer());
   server->health_of_ = options.health_of;
@@ -124,9 +172,10 @@ Result<std::unique_ptr<GrpcServer>> GrpcServer::Start(const ServerOptions& optio
   for (grpc::Service* const service : services) builder.RegisterService(service);
   server->server_ = builder.BuildAndStart();
   if (!server->server_ || server->port_ == 0) {
-    return Status(StatusCode::kFailedPrecondition, "LISTEN_FAILED",
-                  "cannot listen on " + options.listen +
-                      ": the port is in use, or the address is not one of this machine");
+    return CannotListen(options.listen,
+                        options.listen.starts_with(kUnix)
+                            ? "the socket cannot be made"
+                            : "the port is in use, or the address is not one of this machine");
   }
   server->SetServing(true);
   return server;

@@ -272,6 +272,19 @@ void CheckTriangles(const ParticleSystem& system, uint32_t max_degree, Violation
                              pairs, limit, system.triangles.size()));
 }
 
+// Before the mesh is repaired and built, which takes long for what would be refused.
+void CheckDrawnTriangles(const TriangleMesh& mesh, uint32_t max_degree, Violations& violations) {
+  std::vector<uint32_t> degrees(mesh.positions_m.size(), 0);
+  for (const auto& [i, j, k] : mesh.triangles) {
+    if (i == j || j == k || k == i) continue;  // has no area
+    for (const uint32_t vertex : {i, j, k}) ++degrees[vertex];
+  }
+  const auto largest = std::max_element(degrees.begin(), degrees.end());
+  if (largest == degrees.end() || *largest <= max_degree) return;
+  violations.Add("mesh.triangles", fmt::format("vertex {} has {} triangles; at most {}",
+                                               largest - degrees.begin(), *largest, max_degree));
+}
+
 // The limit is that of springs, for the same reason.
 void CheckElasticDegrees(const ParticleSystem& system, uint32_t max_degree,
                          Violations& violations) {
@@ -309,6 +322,10 @@ std::vector<FieldViolation> CheckDescription(const ModelDescription& description
   if (!violations.is_empty()) return violations.Take();
   std::visit([&](const auto& topology) { CheckValues(topology, violations); },
              description.topology);
+  if (const auto* mesh = std::get_if<TriangleMesh>(&description.topology);
+      mesh != nullptr && violations.is_empty()) {
+    CheckDrawnTriangles(*mesh, limits.max_degree, violations);
+  }
   CheckMaterial(description.material, violations);
   CheckChoices(description.material, violations);
   CheckFits(description, violations);

@@ -166,15 +166,15 @@ std::vector<BadDescription> BadMeshes() {
          m.triangles = {{0, 1, 2}, {5, 5, 6}};
        }),
        "mesh.triangles", "all 2 triangles have no area"},
-      {"hub of 1100 edges", GoodMesh, OnMesh([](auto& m) {
+      {"hub of 1025 edges", GoodMesh, OnMesh([](auto& m) {
          m.positions_m = {{0, 0, 0}};
          m.triangles.clear();
-         for (uint32_t k = 0; k < 1100; ++k) {
+         for (uint32_t k = 0; k < 1025; ++k) {
            m.positions_m.emplace_back(std::cos(k * 0.005), 0, std::sin(k * 0.005));
          }
-         for (uint32_t k = 1; k < 1100; ++k) m.triangles.push_back({0, k, k + 1});
+         for (uint32_t k = 1; k < 1025; ++k) m.triangles.push_back({0, k, k + 1});
        }),
-       "mesh.triangles", "particle 0 has 1100 distance constraints; at most 1024"},
+       "mesh.triangles", "particle 0 has 1025 distance constraints; at most 1024"},
       {"book of 65 pages", GoodMesh, OnMesh([](auto& m) {
          m = {.positions_m = {{0, 0, 0}, {0, 1, 0}}, .triangles = {}};
          for (uint32_t k = 0; k < 65; ++k) {
@@ -190,7 +190,19 @@ std::vector<BadDescription> BadMeshes() {
            for (uint32_t l = 1; l < k; ++l) m.triangles.push_back({0, k, l});
          }
        }),
-       "mesh.triangles", "particle 0 has 1770 triangles; at most 1024"},
+       "mesh.triangles", "vertex 0 has 1770 triangles; at most 1024"},
+      {"two hubs at one place", GoodMesh, OnMesh([](auto& m) {
+         m = {};
+         for (const uint32_t hub : {0u, 41u}) {
+           m.positions_m.emplace_back(0, 1, 0);
+           for (uint32_t k = 1; k <= 40; ++k) {
+             const double angle = 0.07 * (hub + k);
+             m.positions_m.emplace_back(std::cos(angle), 0, std::sin(angle));
+             for (uint32_t l = 1; l < k; ++l) m.triangles.push_back({hub, hub + k, hub + l});
+           }
+         }
+       }),
+       "mesh.triangles", "particle 0 has 1560 triangles; at most 1024"},
       {"five fans", GoodMesh, OnMesh([](auto& m) {
          m = {};
          for (uint32_t fan = 0; fan < 5; ++fan) {
