@@ -108,6 +108,7 @@ Status SaveOnDevice(Backend& backend, std::span<const std::shared_ptr<ClothRecor
              .transform = cloth->transform,
              .start = cloth->described_start(),
              .description = cloth->description(),
+             .charges = cloth->charges(),
              .runtime = cloth->runtime->Save(),
              .columns = columns,
              .first_row = row};
@@ -152,7 +153,7 @@ Status LoadOnDevice(Backend& backend, ClothRecord& cloth, const SavedCloth& from
   runtime.SetModel(description.model);
   runtime.SetShift(ShiftOf(*description.model, description.parameters, cloth.placement));
   runtime.Restore(std::move(state));
-  cloth.ReplaceDescription(from.description);
+  cloth.ReplaceDescription(from.description, from.charges);
   return Status::Ok();
 }
 

@@ -25,6 +25,9 @@ struct SavedCloth {
   RigidTransform transform{};
   std::shared_ptr<const ClearStart> start{};  // ClothRecord::described_start
   std::shared_ptr<const ClothDescription> description{};
+  ClothCharges charges{};  // of the description
+  // For ClothRecord::HoldLengths; of an import whose lengths are driven.
+  std::shared_ptr<const void> length_charge{};
   RuntimeState runtime{};
   // Its particles are rows [first_row, first_row + particle_count), at the precision of the
   // backend.

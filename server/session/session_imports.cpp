@@ -23,10 +23,13 @@ Status Session::Adopt(std::vector<SavedCloth>& cloths) {
       DRAPE_ASSIGN_OR_RETURN(known, commons_->models.Share(owner(), description->model));
     }
     const auto& model = description->model = known.model;
-    description->model_charge = known.charge;
+    cloth.charges.model = known.charge;
     description->plan = commons_->scheduler.description().plan_of(*model, description->parameters);
-    if (!description->parameters.colliders.empty()) description->map_charges = charges;
+    if (!description->parameters.colliders.empty()) cloth.charges.maps = charges;
     cloth.description = std::move(description);
+    if (!cloth.runtime.lengths.is_driven()) continue;
+    DRAPE_ASSIGN_OR_RETURN(cloth.length_charge, commons_->models.ChargeLengths(
+                                                    owner(), model->described_constraint_count()));
   }
   return Status::Ok();
 }
@@ -87,7 +90,7 @@ void Session::Import(std::vector<SavedCloth> cloths, bool keeps_ids,
         return maker->Make(backend, begin, end);
       },
       [self = shared_from_this(), maker, keeps_ids, done, count, particles, made = std::move(made)](
-          Backend& backend, const Status& outcome) {
+          Backend&, const Status& outcome) {
         Result<std::vector<ClothId>> answer = std::vector<ClothId>{};
         const Status worlds = self->CheckImportedWorlds(maker->cloths());
         if (!outcome.ok()) {
@@ -100,11 +103,16 @@ void Session::Import(std::vector<SavedCloth> cloths, bool keeps_ids,
           self->JoinWorlds(maker->made());
           for (const auto& cloth : maker->made()) answer->push_back(cloth->id);
         }
-        if (!answer.ok()) {
-          maker->Unmake(backend);
-          self->ReleaseQuota(count, particles);
+        Scheduler& scheduler = self->commons_->scheduler;
+        if (answer.ok()) {
+          return scheduler.Complete([done, answer = std::move(answer)] { done(answer); });
         }
-        self->commons_->scheduler.Complete([done, answer = std::move(answer)] { done(answer); });
+        const bool is_taken =
+            FreeInSlices(scheduler, self->owner(), maker->TakeMade(), [=, &scheduler](Backend&) {
+              self->ReleaseQuota(count, particles);
+              scheduler.Complete([done, answer] { done(answer); });
+            });
+        DRAPE_CHECK(is_taken, "the device thread takes commands as long as it runs one");
       });
   if (status.ok()) return;
   ReleaseQuota(count, particles);

@@ -65,6 +65,14 @@ Status RunAsOne(Scheduler& scheduler, const std::string& owner, size_t count, si
       SlicedWork{scheduler, owner, true, count, per_slice, std::move(slice), std::move(finish)}));
 }
 
+bool CleanUpAsOne(Scheduler& scheduler, const std::string& owner, size_t count, size_t per_slice,
+                  std::function<Status(Backend&, size_t begin, size_t end)> slice,
+                  std::function<void(Backend&, const Status&)> finish) {
+  const auto work = std::make_shared<SlicedWork>(
+      SlicedWork{scheduler, owner, true, count, per_slice, std::move(slice), std::move(finish)});
+  return scheduler.PostCleanup(owner, [work](Backend& backend) { RunNextSlice(work, backend); });
+}
+
 void ContinueAsOne(Backend& backend, Scheduler& scheduler, const std::string& owner, size_t count,
                    size_t per_slice,
                    std::function<Status(Backend&, size_t begin, size_t end)> slice,

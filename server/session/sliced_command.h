@@ -34,6 +34,13 @@ Status RunAsOne(Scheduler& scheduler, const std::string& owner, size_t count, si
                 std::function<Status(Backend&, size_t begin, size_t end)> slice,
                 std::function<void(Backend&, const Status&)> finish);
 
+// RunAsOne for what frees something: ignores the limits (Scheduler::PostCleanup). False after
+// Drain: it calls nothing.
+[[nodiscard]] bool CleanUpAsOne(Scheduler& scheduler, const std::string& owner, size_t count,
+                                size_t per_slice,
+                                std::function<Status(Backend&, size_t begin, size_t end)> slice,
+                                std::function<void(Backend&, const Status&)> finish);
+
 // In a command of the owner, or in `finish` of RunAsOne: goes on with more of it. The whole is done
 // before this returns where it is one slice, or none.
 void ContinueAsOne(Backend& backend, Scheduler& scheduler, const std::string& owner, size_t count,

@@ -224,6 +224,38 @@ TEST_F(SessionTest, DeletingTwiceFreesOnce) {
   EXPECT_EQ(session().cloth_count(), 0u);
 }
 
+// Pins and colliders of thousands of cloths would take gigabytes for a moment.
+TEST_F(SessionTest, AClothEndsWithoutACopyOfItsDescription) {
+  Start();
+  const auto cloth = CreateOne();
+  const auto description = cloth->description();
+  EXPECT_NE(cloth->charges().model, nullptr);
+  EXPECT_TRUE(Delete({cloth}).ok());
+  EXPECT_EQ(cloth->description(), description);
+  EXPECT_EQ(cloth->charges().model, nullptr) << "it counts no longer, though somebody holds it";
+}
+
+TEST_F(SessionTest, LargeDeletionsLetOthersThroughButNotTheirOwner) {
+  Start();
+  Create(Chains(3 * kSliceCloths, 2)).value();
+  scheduler_->HoldForTest();
+  Awaited<Status> done;
+  session().DeleteCloths(Find({}), [done](const Status& s) mutable { done.Set(s); });
+  const auto post = [&](const std::string& owner) {
+    Awaited<size_t> left;
+    const auto look = [this, left](Backend&) mutable { left.Set(device_->live_cloths()); };
+    EXPECT_TRUE(scheduler_->Post(owner, look).ok());
+    return left;
+  };
+  Awaited<size_t> left_for_other = post("other");
+  Awaited<size_t> left_for_owner = post(session().owner());
+  scheduler_->ReleaseForTest();
+  EXPECT_TRUE(done.Get().ok());
+  EXPECT_EQ(session().cloth_count(), 0u);
+  EXPECT_EQ(left_for_other.Get(), 2 * kSliceCloths);
+  EXPECT_EQ(left_for_owner.Get(), 0u);
+}
+
 TEST_F(SessionTest, ResetBringsBackTheStateOfCreation) {
   Start();
   const auto cloth = Find(Create(Chains(1, 3, {{0, Vector3d(0, 2, 0)}})).value().ids)[0];
