@@ -51,6 +51,9 @@ struct LoadPair {
 // How many of the cloths one command takes: as many of their largest as fit (sliced_command.h).
 size_t ClothsPerSlice(std::span<const std::shared_ptr<ClothRecord>> cloths);
 
+// SliceCost (start_cost.h).
+uint64_t SliceCostOf(const SavedCloth& from);
+
 // Appends the cloths as they are now. NOT_FOUND if one was deleted; RESOURCE_EXHAUSTED when the
 // budget of `owner` does not suffice. Device thread.
 Status SaveOnDevice(Backend& backend, std::span<const std::shared_ptr<ClothRecord>> cloths,

@@ -10,6 +10,7 @@
 #include "server/session/cloth_update.h"
 #include "server/session/session.h"
 #include "server/session/sliced_command.h"
+#include "server/session/start_cost.h"
 
 namespace drape {
 namespace {
@@ -67,7 +68,11 @@ void Session::CreateCloths(ClothCreation creation,
     return done(status);
   }
   auto model = creation.model;
-  const size_t per_slice = ClothsPerSlice(model->particle_count());
+  uint64_t largest = 1;
+  for (const ClothCopy& copy : creation.copies) {
+    largest = std::max(largest, SliceCost(*model, copy.parameters));
+  }
+  const size_t per_slice = ClothsPerSlice(largest);
   auto start = StartOf(creation);
   std::string plan =
       commons_->scheduler.description().plan_of(*model, creation.copies[0].parameters);

@@ -69,11 +69,10 @@ void Session::Import(std::vector<SavedCloth> cloths, bool keeps_ids,
     if (const Status status = CheckReturn(cloths); !status.ok()) return done(status);
   }
   uint64_t particles = 0;
-  uint32_t largest = 1;
+  uint64_t largest = 1;
   for (const SavedCloth& cloth : cloths) {
-    const uint32_t its = cloth.description->model->particle_count();
-    particles += its;
-    largest = std::max(largest, its);
+    particles += cloth.description->model->particle_count();
+    largest = std::max(largest, SliceCostOf(cloth));
   }
   if (const Status status = CheckImportedWorlds(cloths); !status.ok()) return done(status);
   const size_t count = cloths.size();

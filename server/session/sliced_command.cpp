@@ -46,9 +46,8 @@ Status Post(const SlicedWorkPointer& work) {
 
 }  // namespace
 
-size_t ClothsPerSlice(uint32_t particle_count) {
-  return std::clamp<size_t>(kSliceParticles / std::max<uint32_t>(1, particle_count), 1,
-                            kSliceCloths);
+size_t ClothsPerSlice(uint64_t cost) {
+  return std::clamp<size_t>(kSliceParticles / std::max<uint64_t>(1, cost), 1, kSliceCloths);
 }
 
 Status RunInSlices(Scheduler& scheduler, const std::string& owner, size_t count, size_t per_slice,

@@ -16,8 +16,8 @@ inline constexpr uint64_t kSliceParticles = uint64_t{1} << 18;
 // And of cloths, however small.
 inline constexpr size_t kSliceCloths = 1024;
 
-// Cloths of this size per slice; >= 1.
-size_t ClothsPerSlice(uint32_t particle_count);
+// Cloths that each cost as much as so many particles (SliceCost) per slice; >= 1.
+size_t ClothsPerSlice(uint64_t cost);
 
 // Runs `slice(backend, begin, end)` for consecutive ranges that cover [0, count), each in a command
 // of its own of this owner (Scheduler::Post), until one fails; then `finish` with the outcome,

@@ -1,5 +1,5 @@
-// What the start of a step costs beside the particles that it writes, in units of those: one is
-// about 12 ns of the device thread, for which everybody waits.
+// What the start of a step, or a slice of a command, costs beside the particles that it writes, in
+// units of those: one is about 12 ns of the device thread, for which everybody waits.
 #pragma once
 
 #include <cstdint>
@@ -22,6 +22,12 @@ inline uint64_t PlacingCost(const ClothDescription& description) {
 // driven, if any: so many.
 inline uint64_t RewritingCost(const ClothDescription& description, uint32_t driven_lengths) {
   return 512 + 128 * description.parameters.colliders.size() + 2 * uint64_t{driven_lengths};
+}
+
+// Of a cloth that is made, saved or changed in a slice of such (ClothsPerSlice).
+inline uint64_t SliceCost(const SceneModel& model, const ClothParameters& parameters,
+                          uint32_t driven_lengths = 0) {
+  return model.particle_count() + 128 * parameters.colliders.size() + 2 * uint64_t{driven_lengths};
 }
 
 }  // namespace drape

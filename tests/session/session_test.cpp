@@ -47,6 +47,18 @@ TEST_F(SessionTest, LargeCreationsLetTheStepsOfOthersThrough) {
   EXPECT_EQ(cloths_at_first_step, 2u);
 }
 
+// However few particles they have.
+TEST_F(SessionTest, CollidersAndDrivenLengthsMakeSlicesSmaller) {
+  Start();
+  ClothCreation creation = Chains(2, 2);
+  creation.copies[1].parameters.colliders.assign(256, SphereAt({0, -9, 0}, 0.5));
+  const ClothList cloths = Find(Create(std::move(creation)).value().ids);
+  EXPECT_EQ(ClothsPerSlice(std::span(cloths).first(1)), kSliceCloths);
+  EXPECT_EQ(ClothsPerSlice(cloths), 7u);
+  cloths[0]->HoldLengths(1u << 16, nullptr);
+  EXPECT_EQ(ClothsPerSlice(std::span(cloths).first(1)), 1u);
+}
+
 TEST_F(SessionTest, AllOrNothingWhenTheDeviceIsFull) {
   Start();
   const auto before = CreateOne();
