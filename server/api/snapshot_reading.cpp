@@ -215,7 +215,7 @@ void Describe(const FieldPath& path, v1::ClothSnapshot& message, const ReadShare
     cloth.start = CheckStart(path.Child("start"), message.start(), model, violations);
   }
   cloth.description = std::make_shared<const ClothDescription>(ClothDescription{
-      model.description, model.model, std::move(checked.parameters), std::move(pins), {}, {}});
+      model.description, model.model, std::move(checked.parameters), std::move(pins), {}});
 }
 
 Result<SavedCloth> ToCloth(size_t number, v1::ClothSnapshot& message, const ReadShared& shared,

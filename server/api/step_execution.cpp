@@ -131,6 +131,7 @@ Result<StepWork> ToWork(const CheckedStep& checked, const Session& session,
   StepWork work;
   DRAPE_ASSIGN_OR_RETURN(const Descriptions becoming, AddRestarts(checked, session, cloths, work));
   DRAPE_ASSIGN_OR_RETURN(work.controls, ResolveControls(checked.controls, cloths, becoming));
+  DRAPE_RETURN_IF_ERROR(session.ChargeDriven(DrivenBy(work.controls, cloths, becoming)));
   work.session = session.name();
   work.tenant = session.tenant();
   for (const auto& cloth : cloths) work.cloths.push_back(cloth->runtime);

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "server/session/cloth_reset.h"
+#include "server/session/start_cost.h"
 
 namespace drape::api {
 namespace {
@@ -32,6 +33,30 @@ Status CheckParticles(const ClothList& resets, const std::vector<LoadPair>& load
                                   std::to_string(kMaxRestartedParticles) +
                                   " start again within a step: use " +
                                   (are_loads ? "LoadStates" : "ResetCloths"));
+}
+
+// What is done beside the particles, for small cloths that have much else.
+Status CheckCosts(const ClothList& resets, const ClothStarts& starts,
+                  const std::vector<LoadPair>& loads) {
+  uint64_t cost = 0;
+  for (const auto& cloth : resets) {
+    const auto description = cloth->description();
+    cost += starts.overrides.empty() ? PlacingCost(*description)
+                                     : RewritingCost(*description, cloth->charged_lengths());
+  }
+  for (const LoadPair& pair : loads) {
+    const auto& lengths = pair.from->runtime.lengths;
+    cost += RewritingCost(*pair.from->description, static_cast<uint32_t>(lengths.track().size()));
+  }
+  if (cost <= kMaxRestartCost) return Status::Ok();
+  const bool are_loads = resets.empty();
+  return Status::InvalidField(
+      are_loads ? "loads.cloth_ids" : "resets.cloth_ids",
+      "cost " + std::to_string(cost) + ", at most " + std::to_string(kMaxRestartCost) +
+          " start again within a step (32 for each collider; with an override or a load 512 for "
+          "each cloth, 128 for each collider, 2 for each driven rest length): name fewer cloths "
+          "per request, or use " +
+          (are_loads ? "LoadStates" : "ResetCloths"));
 }
 
 // Whose reset and load would both be done.
@@ -64,6 +89,8 @@ Result<Descriptions> AddRestarts(const CheckedStep& checked, const Session& sess
   DRAPE_RETURN_IF_ERROR(CheckApart(checked.resets.cloths, checked.loads.cloths));
   DRAPE_ASSIGN_OR_RETURN(StateLoads loads, FindLoads(checked.loads, session, cloths));
   DRAPE_RETURN_IF_ERROR(CheckParticles(resets, loads.pairs));
+  DRAPE_RETURN_IF_ERROR(CheckCosts(resets, checked.resets.starts, loads.pairs));
+  DRAPE_RETURN_IF_ERROR(session.ChargeDriven(DrivenBy(loads.pairs)));
 
   std::unordered_map<const ClothRecord*, const SavedCloth*> sources;  // null: a reset
   for (const auto& cloth : resets) sources.emplace(cloth.get(), nullptr);

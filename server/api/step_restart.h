@@ -14,8 +14,8 @@ namespace drape::api {
 using Descriptions = std::vector<std::shared_ptr<const ClothDescription>>;
 
 // Sets StepWork::restart and restarts. INVALID_ARGUMENT ("resets.cloth_ids[r]",
-// "loads.cloth_ids[r]") for what is no cloth of the request, occurs twice, or cannot become what
-// was saved; NOT_FOUND (SAVED_STATES_NOT_FOUND).
+// "loads.cloth_ids[r]") for what is no cloth of the request, occurs twice, cannot become what
+// was saved, or starts more again than a step may; NOT_FOUND (SAVED_STATES_NOT_FOUND).
 Result<Descriptions> AddRestarts(const CheckedStep& checked, const Session& session,
                                  const ClothList& cloths, StepWork& work);
 

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <map>
 #include <optional>
 #include <set>
 #include <string>
@@ -11,6 +10,7 @@
 
 #include "server/core/check.h"
 #include "server/core/trace.h"
+#include "server/scheduler/grabbed_positions.h"
 
 namespace drape {
 namespace {
@@ -138,22 +138,6 @@ std::vector<GripState> GripsOf(const ClothRuntime& cloth) {
     if (state.particle) state.position_m = grips.PositionAt(slot, cloth.now().time_s);
   }
   return states;
-}
-
-bool Grabs(const GripControl& control) {
-  return control.action == GripAction::kGrabParticle || control.action == GripAction::kGrabNearest;
-}
-
-// What a control grabs at the place of its grip; `first_row` of the cloth in `positions_m`.
-std::optional<uint32_t> GrabbedBy(const GripControl& control, const ClothRuntime& cloth,
-                                  const ScalarColumn& positions_m, size_t first_row) {
-  if (control.action == GripAction::kGrabNearest) {
-    return NearestLoose(*cloth.model(), cloth.controls().grips(), positions_m, first_row,
-                        control.place_m, control.radius_m);
-  }
-  // It may have become a pin since the request came.
-  if (cloth.model()->inverse_masses_per_kg()[control.particle] == 0) return std::nullopt;
-  return control.particle;
 }
 
 }  // namespace
@@ -321,18 +305,9 @@ Status ActiveRequest::ApplyControls(Backend& backend) {
 }
 
 void ActiveRequest::ApplyGrips(Backend& backend) {
-  // The first row of each cloth that grabs something.
-  std::map<uint32_t, size_t> first_rows;
-  std::vector<ClothHandle> handles;
-  size_t rows = 0;
-  for (const auto& [k, control] : work_.controls.grips) {
-    if (!Grabs(control) || !first_rows.emplace(k, rows).second) continue;
-    handles.push_back(work_.cloths[k]->handle());
-    rows += work_.cloths[k]->particle_count();
-  }
-  StateColumns state;
-  if (!handles.empty()) state = backend.Read({.cloths = handles});
-  for (const auto& [k, control] : work_.controls.grips) {
+  const GrabbedPositions grabbed(backend, work_.controls.grips, work_.cloths);
+  for (const auto& row : work_.controls.grips) {
+    const auto& [k, control] = row;
     ClothRuntime& cloth = *work_.cloths[k];
     GripTrack& grips = cloth.controls().grips();
     if (control.action == GripAction::kHold) {
@@ -341,11 +316,10 @@ void ActiveRequest::ApplyGrips(Backend& backend) {
     }
     grips.Release(control.slot);
     if (!Grabs(control)) continue;
-    const size_t first_row = first_rows.at(k);
-    const auto particle = GrabbedBy(control, cloth, state.positions_m, first_row);
+    const auto particle = grabbed.GrabbedBy(row, cloth);
     if (!particle) continue;
-    grips.Grab(control.slot, *particle, VectorAt(state.positions_m, first_row + *particle),
-               control.place_m, cloth.now().time_s, control.largest_force_n);
+    grips.Grab(control.slot, *particle, grabbed.PositionOf(k, *particle), control.place_m,
+               cloth.now().time_s, control.largest_force_n);
   }
 }
 

@@ -101,7 +101,7 @@ class ActiveRequest {
   bool HasStepsLeft(uint32_t unit) const { return steps_left_[Unit(unit)[0]] > 0; }
   // All controls, or none and an error.
   Status ApplyControls(Backend& backend);
-  // Reads where the particles are if something is grabbed.
+  // Reads where they are if particles are grabbed.
   void ApplyGrips(Backend& backend);
 
   StepWork work_;

@@ -85,8 +85,8 @@ void ClothRuntime::Join(std::shared_ptr<ClothWorld> world, uint64_t id,
 
 void ClothRuntime::End(const Status& reason) {
   is_alive_ = false;
-  if (world_ != nullptr) world_->Leave(*this);
-  world_ = nullptr;
+  BeginLeaving();
+  if (const std::shared_ptr<ClothWorld> world = world_) world->DropLeaving();
   for (ActiveRequest* request : turns_) request->EndWith(reason);
   RingBells();
 }

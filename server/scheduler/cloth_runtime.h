@@ -131,6 +131,11 @@ class ClothRuntime {
 
   // It is alive: from now on it is stepped with the others of this world, until End.
   void Join(std::shared_ptr<ClothWorld> world, uint64_t id, const Eigen::Vector3d& origin_m);
+  // It ends in this command, like others: the first of its world that ends takes all of them out.
+  void BeginLeaving() { is_leaving_ = true; }
+  bool is_leaving() const { return is_leaving_; }
+  // For ClothWorld::DropLeaving only.
+  void ForgetWorld() { world_ = nullptr; }
   // Null: it is stepped by itself.
   const std::shared_ptr<ClothWorld>& world() const { return world_; }
 
@@ -235,6 +240,7 @@ class ClothRuntime {
   void RingBells();
 
   bool is_alive_ = false;
+  bool is_leaving_ = false;
   ClothHandle handle_;
   std::shared_ptr<const SceneModel> model_;
   ReportShift shift_;

@@ -25,8 +25,12 @@ void ClothWorld::Join(const Member& member) {
   members_.push_back(member);
 }
 
-void ClothWorld::Leave(const ClothRuntime& cloth) {
-  std::erase_if(members_, [&](const Member& member) { return member.cloth == &cloth; });
+void ClothWorld::DropLeaving() {
+  std::erase_if(members_, [](const Member& member) {
+    if (!member.cloth->is_leaving()) return false;
+    member.cloth->ForgetWorld();
+    return true;
+  });
   for (const Member& other : members_) other.cloth->sleep().Wake();
 }
 

@@ -31,8 +31,9 @@ class ClothWorld {
 
   // Ends the step requests of those that are there, which do not name the new one, and wakes all.
   void Join(const Member& member);
-  // Wakes the others.
-  void Leave(const ClothRuntime& cloth);
+  // Those that are leaving (ClothRuntime) are members no longer, in one pass however many they are.
+  // Wakes the others, which keep their order.
+  void DropLeaving();
 
   // Whether all members have been watched alike: if not, nothing may sleep.
   bool AreWatchesAlike() const;

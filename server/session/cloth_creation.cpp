@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "server/core/check.h"
+#include "server/session/sliced_command.h"
 
 namespace drape {
 namespace {
@@ -80,10 +81,11 @@ Status ClothMaker::MakeOne(Backend& backend, const ClothCopy& copy) {
   const ClothParameters on_device = OnDevice(*model, copy.parameters, placement);
   DRAPE_ASSIGN_OR_RETURN(ClothHandle handle, backend.Create(model, on_device, state));
   auto description = std::make_shared<const ClothDescription>(
-      ClothDescription{described, model, copy.parameters, pins_, plan_, creation_.map_charges,
-                       copy.model != nullptr ? copy.model_charge : creation_.model_charge});
-  made_.push_back(
-      std::make_shared<ClothRecord>(placement, copy.transform, std::move(description), copy.start));
+      ClothDescription{described, model, copy.parameters, pins_, plan_});
+  ClothCharges charges{creation_.map_charges,
+                       copy.model != nullptr ? copy.model_charge : creation_.model_charge};
+  made_.push_back(std::make_shared<ClothRecord>(placement, copy.transform, std::move(description),
+                                                copy.start, std::move(charges)));
   made_.back()->world = creation_.world;
   const std::vector<Eigen::Vector3d> starts_m = PositionsOfPins(*model, state);
   made_.back()->runtime->Begin(handle, model, on_device.settings,
@@ -92,11 +94,6 @@ Status ClothMaker::MakeOne(Backend& backend, const ClothCopy& copy) {
   made_.back()->runtime->controls().grips().Start(copy.parameters.max_grips);
   StartColliders(on_device, *made_.back()->runtime);
   return Status::Ok();
-}
-
-void ClothMaker::Unmake(Backend& backend) {
-  for (const auto& cloth : made_) FreeCloth(backend, *cloth);
-  made_.clear();
 }
 
 void FreeCloth(Backend& backend, ClothRecord& cloth) {
@@ -108,12 +105,26 @@ void FreeCloth(Backend& backend, ClothRecord& cloth, const Status& reason) {
   cloth.runtime->End(reason);
   backend.Destroy(cloth.runtime->handle());
   // Frees the quota before any answer is sent, even if the record is still held.
-  const auto last = cloth.description();
-  if (last->map_charges.empty() && last->model_charge == nullptr) return;
-  auto after = std::make_shared<ClothDescription>(*cloth.description());
-  after->map_charges.clear();
-  after->model_charge = nullptr;
-  cloth.ReplaceDescription(std::move(after));
+  cloth.DropCharges();
+}
+
+void FreeCloths(Backend& backend, std::span<const std::shared_ptr<ClothRecord>> cloths) {
+  for (const auto& cloth : cloths) cloth->runtime->BeginLeaving();
+  for (const auto& cloth : cloths) FreeCloth(backend, *cloth);
+}
+
+bool FreeInSlices(Scheduler& scheduler, const std::string& owner,
+                  std::vector<std::shared_ptr<ClothRecord>> cloths,
+                  std::function<void(Backend&)> finish) {
+  const auto held =
+      std::make_shared<const std::vector<std::shared_ptr<ClothRecord>>>(std::move(cloths));
+  const auto slice = [held](Backend& backend, size_t begin, size_t end) {
+    FreeCloths(backend, std::span(*held).subspan(begin, end - begin));
+    return Status::Ok();
+  };
+  return CleanUpAsOne(
+      scheduler, owner, held->size(), kSliceCloths, slice,
+      [finish = std::move(finish)](Backend& backend, const Status&) { finish(backend); });
 }
 
 Status ResetCloth(Backend& backend, ClothRecord& cloth, const RigidTransform* transform) {

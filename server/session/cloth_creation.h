@@ -4,9 +4,12 @@
 #include <cstddef>
 #include <functional>
 #include <memory>
+#include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
+#include "server/scheduler/scheduler.h"
 #include "server/session/cloth_record.h"
 #include "server/solver/backend.h"
 
@@ -25,8 +28,8 @@ class ClothMaker {
   // Creates copies [begin, end) on the backend. After an error, earlier copies remain.
   Status Make(Backend& backend, size_t begin, size_t end);
   const std::vector<std::shared_ptr<ClothRecord>>& made() const { return made_; }
-  // Destroys all copies.
-  void Unmake(Backend& backend);
+  // For FreeInSlices, where they are not wanted. Nothing is made afterwards.
+  std::vector<std::shared_ptr<ClothRecord>> TakeMade() { return std::exchange(made_, {}); }
 
  private:
   Status MakeOne(Backend& backend, const ClothCopy& copy);
@@ -51,6 +54,14 @@ void PrepareCloths(ClothCreation& creation, const BackendDescription& backend);
 // one: CLOTH_NOT_FOUND). No effect if it has ended already. Device thread.
 void FreeCloth(Backend& backend, ClothRecord& cloth);
 void FreeCloth(Backend& backend, ClothRecord& cloth, const Status& reason);
+
+// The same for several.
+void FreeCloths(Backend& backend, std::span<const std::shared_ptr<ClothRecord>> cloths);
+// The same in slices, as RunAsOne does it, whatever waits; then `finish`, on the device thread.
+// False after Drain, when there are no cloths any more: it calls nothing. Any thread.
+[[nodiscard]] bool FreeInSlices(Scheduler& scheduler, const std::string& owner,
+                                std::vector<std::shared_ptr<ClothRecord>> cloths,
+                                std::function<void(Backend&)> finish);
 
 // Writes the initial state, or that where `transform` places the rest shape; the cloth is alive.
 // Device thread.

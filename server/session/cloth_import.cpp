@@ -19,11 +19,14 @@ Status ImportMaker::MakeOne(Backend& backend, const SavedCloth& from) {
   const ParticleState start =
       PlaceAtStart(*description.model, from.transform, from.placement, from.start.get());
   DRAPE_ASSIGN_OR_RETURN(ClothHandle handle, backend.Create(description.model, on_device, start));
-  made_.push_back(
-      std::make_shared<ClothRecord>(from.placement, from.transform, from.description, from.start));
+  made_.push_back(std::make_shared<ClothRecord>(from.placement, from.transform, from.description,
+                                                from.start, from.charges));
   ClothRecord& cloth = *made_.back();
   cloth.id = from.id;  // until it gets another one
   cloth.world = from.world;
+  if (from.length_charge != nullptr) {
+    cloth.HoldLengths(description.model->described_constraint_count(), from.length_charge);
+  }
   const std::vector<Eigen::Vector3d> pins_m = from.runtime.pins.At(from.runtime.progress.time_s);
   cloth.runtime->Begin(handle, description.model, on_device.settings,
                        ShiftOf(*description.model, description.parameters, from.placement), pins_m,
@@ -31,12 +34,6 @@ Status ImportMaker::MakeOne(Backend& backend, const SavedCloth& from) {
   cloth.runtime->controls().grips().Start(description.parameters.max_grips);
   StartColliders(on_device, *cloth.runtime);
   return LoadOnDevice(backend, cloth, from);
-}
-
-void ImportMaker::Unmake(Backend& backend) {
-  for (const auto& cloth : made_) FreeCloth(backend, *cloth);
-  made_.clear();
-  cloths_.clear();  // and what they charge
 }
 
 SharedParts PrepareImport(std::span<const SavedCloth> cloths, const BackendDescription& backend) {

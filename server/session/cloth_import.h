@@ -5,6 +5,7 @@
 #include <functional>
 #include <memory>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "server/session/cloth_record.h"
@@ -22,8 +23,11 @@ class ImportMaker {
   // Creates cloths [begin, end) on the backend. After an error, earlier cloths remain.
   Status Make(Backend& backend, size_t begin, size_t end);
   const std::vector<std::shared_ptr<ClothRecord>>& made() const { return made_; }
-  // Destroys all of them.
-  void Unmake(Backend& backend);
+  // For FreeInSlices, where they are not wanted. Nothing is made, or charged, afterwards.
+  std::vector<std::shared_ptr<ClothRecord>> TakeMade() {
+    cloths_.clear();
+    return std::exchange(made_, {});
+  }
 
  private:
   Status MakeOne(Backend& backend, const SavedCloth& from);

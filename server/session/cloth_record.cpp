@@ -24,20 +24,47 @@ double RoundToSinglePrecision(double value) {
 
 ClothRecord::ClothRecord(Placement its_placement, RigidTransform its_transform,
                          std::shared_ptr<const ClothDescription> description,
-                         std::shared_ptr<const ClearStart> start)
+                         std::shared_ptr<const ClearStart> start, ClothCharges charges)
     : placement(std::move(its_placement)),
       transform(std::move(its_transform)),
       start_(std::move(start)),
-      description_(std::move(description)) {}
+      description_(std::move(description)),
+      charges_(std::move(charges)) {}
 
 std::shared_ptr<const ClothDescription> ClothRecord::description() const {
   const std::lock_guard lock(mutex_);
   return description_;
 }
 
-void ClothRecord::ReplaceDescription(std::shared_ptr<const ClothDescription> description) {
+ClothCharges ClothRecord::charges() const {
   const std::lock_guard lock(mutex_);
-  description_ = std::move(description);
+  return charges_;
+}
+
+void ClothRecord::ReplaceDescription(std::shared_ptr<const ClothDescription> description,
+                                     ClothCharges charges) {
+  const std::lock_guard lock(mutex_);
+  description_.swap(description);  // the old ones are freed without the lock
+  std::swap(charges_, charges);
+}
+
+void ClothRecord::DropCharges() {
+  ClothCharges dropped;  // freed without the lock
+  std::shared_ptr<const void> lengths;
+  const std::lock_guard lock(mutex_);
+  std::swap(charges_, dropped);
+  lengths.swap(length_charge_);
+}
+
+uint32_t ClothRecord::charged_lengths() const {
+  const std::lock_guard lock(mutex_);
+  return charged_lengths_;
+}
+
+void ClothRecord::HoldLengths(uint32_t count, std::shared_ptr<const void> charge) {
+  const std::lock_guard lock(mutex_);
+  charged_lengths_ = count;
+  length_charge_.swap(charge);
 }
 
 ParticleState ClothRecord::InitialState() const {

@@ -127,11 +127,16 @@ struct ClothChange {
 struct ClothDescription {
   std::shared_ptr<const ModelDescription> model_description;
   std::shared_ptr<const SceneModel> model;
-  ClothParameters parameters;                  // colliders in the environment frame
-  std::vector<Pin> pins;                       // sorted by particle, like model->pins()
-  std::string plan;                            // BackendDescription::plan_of
-  MapCharges map_charges{};                    // for the colliders of `parameters`
-  std::shared_ptr<const void> model_charge{};  // SharedModel
+  ClothParameters parameters;  // colliders in the environment frame
+  std::vector<Pin> pins;       // sorted by particle, like model->pins()
+  std::string plan;            // BackendDescription::plan_of
+};
+
+// What a description counts for while somebody has it. Apart from it, so that a cloth can end
+// without a copy of all its pins and colliders.
+struct ClothCharges {
+  MapCharges maps{};                    // for its colliders
+  std::shared_ptr<const void> model{};  // SharedModel
 };
 
 // A cloth of a session. Thread-safe.
@@ -140,7 +145,7 @@ class ClothRecord {
   // `start` as in ClothCopy.
   ClothRecord(Placement placement, RigidTransform transform,
               std::shared_ptr<const ClothDescription> description,
-              std::shared_ptr<const ClearStart> start = nullptr);
+              std::shared_ptr<const ClearStart> start = nullptr, ClothCharges charges = {});
 
   // Set once, before other threads see the record.
   ClothId id;
@@ -154,8 +159,17 @@ class ClothRecord {
   const std::shared_ptr<ClothRuntime> runtime = std::make_shared<ClothRuntime>();
 
   std::shared_ptr<const ClothDescription> description() const;
+  // Of the description.
+  ClothCharges charges() const;
   // Device thread: no two changes at once.
-  void ReplaceDescription(std::shared_ptr<const ClothDescription> description);
+  void ReplaceDescription(std::shared_ptr<const ClothDescription> description,
+                          ClothCharges charges);
+  // The cloth has ended: it counts no longer, though the record may still be held. Device thread.
+  void DropCharges();
+
+  // So many rest lengths of its own count until it ends, once any has been driven. Any thread.
+  uint32_t charged_lengths() const;
+  void HoldLengths(uint32_t count, std::shared_ptr<const void> charge);
 
   // The state of creation, computed again from the model: the same bits each time.
   ParticleState InitialState() const;
@@ -170,6 +184,9 @@ class ClothRecord {
   const std::shared_ptr<const ClearStart> start_;
   mutable std::mutex mutex_;
   std::shared_ptr<const ClothDescription> description_;
+  ClothCharges charges_;
+  uint32_t charged_lengths_ = 0;
+  std::shared_ptr<const void> length_charge_;
 };
 
 // The origin of the cloth frame: the centroid of the rest positions, rounded to single precision so

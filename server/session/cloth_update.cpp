@@ -16,6 +16,7 @@ namespace drape {
 // The change of one cloth, complete before anything is changed.
 struct PlannedUpdate {
   std::shared_ptr<const ClothDescription> after;
+  ClothCharges charges;  // of `after`
   ClothUpdate write;
   ClothUpdate undo;
   std::optional<PinTrack> pins;  // if they are replaced
@@ -98,7 +99,8 @@ Result<PlannedUpdate> PlanFor(const ClothRecord& cloth, const ClothChange& chang
   PlannedUpdate plan;
   auto after = std::make_shared<ClothDescription>(*before);
   after->parameters = std::move(parameters);
-  if (change.colliders) after->map_charges = change.map_charges;
+  plan.charges = cloth.charges();
+  if (change.colliders) plan.charges.maps = change.map_charges;
   const SceneModel& model = changed != nullptr ? *changed->model : *before->model;
   plan.write.parameters = OnDevice(model, after->parameters, cloth.placement);
   plan.undo.parameters = OnDevice(*before->model, before->parameters, cloth.placement);
@@ -111,7 +113,7 @@ Result<PlannedUpdate> PlanFor(const ClothRecord& cloth, const ClothChange& chang
   if (changed != nullptr) {
     after->model_description = changed->description;
     after->model = changed->model;
-    after->model_charge = changed->charge;
+    plan.charges.model = changed->charge;
     plan.write.model = after->model;
     plan.undo.model = before->model;
     PlanLengths(*cloth.runtime, change, *after->model, plan);
@@ -141,7 +143,7 @@ void CommitTo(ClothRecord& cloth, PlannedUpdate plan) {
   controls.grips().ReleasePins(*plan.after->model);
   if (plan.has_new_colliders) StartColliders(*plan.write.parameters, runtime);
   if (plan.pins.has_value()) controls.pins() = std::move(*plan.pins);
-  cloth.ReplaceDescription(std::move(plan.after));
+  cloth.ReplaceDescription(std::move(plan.after), std::move(plan.charges));
 }
 
 // Other settings are for all cloths of a world.

@@ -12,6 +12,7 @@
 
 #include "server/scene/constraint_places.h"
 #include "server/scene/description_checks.h"
+#include "server/session/start_cost.h"
 
 namespace drape {
 namespace {
@@ -21,6 +22,10 @@ constexpr size_t kMaxNamedRows = 16;
 
 // Limit on the particles that the grips of one request search for the nearest: about 0.1 s.
 constexpr uint64_t kMaxSearchedParticles = uint64_t{1} << 26;
+
+// Limit on the constraints of the cloths whose rest lengths one request drives, each once: that of
+// a single cloth, and about 0.5 s when all of them are driven for the first time.
+constexpr uint64_t kMaxDrivenConstraints = uint64_t{1} << 23;
 
 using ClothSpan = std::span<const std::shared_ptr<ClothRecord>>;
 using ClothIndices = std::unordered_map<ClothId, uint32_t>;
@@ -87,8 +92,36 @@ RowCheck CheckPin(const ClothRecord& cloth, const ClothDescription& description,
   return std::nullopt;
 }
 
-RowCheck CheckCollider(const ClothRecord& cloth, const ClothDescription& description,
-                       ClothControl<ColliderControl>& row) {
+// The first collider that moves makes the device take the whole cloth anew, and every control shows
+// all colliders of its cloth again, while everybody waits.
+class ColliderCheck {
+ public:
+  RowCheck operator()(const ClothRecord& cloth, const ClothDescription& description,
+                      ClothControl<ColliderControl>& row) {
+    if (RowCheck error = CheckCollider(cloth, description, row)) return error;
+    if (!moved_.insert(row.cloth_index).second) return std::nullopt;
+    cost_ +=
+        description.model->particle_count() + RewritingCost(description, cloth.charged_lengths());
+    if (cost_ <= kMaxMovedCost) return std::nullopt;
+    return RowError{
+        "cloth_ids",
+        fmt::format(
+            "the cloths up to this row cost {}, at most {} are moved by one request (512 "
+            "for each cloth, 1 for each of its particles, 128 for each collider, 2 for each "
+            "driven rest length): send fewer rows per request",
+            cost_, kMaxMovedCost)};
+  }
+
+ private:
+  static RowCheck CheckCollider(const ClothRecord& cloth, const ClothDescription& description,
+                                ClothControl<ColliderControl>& row);
+
+  std::unordered_set<uint32_t> moved_;
+  uint64_t cost_ = 0;
+};
+
+RowCheck ColliderCheck::CheckCollider(const ClothRecord& cloth, const ClothDescription& description,
+                                      ClothControl<ColliderControl>& row) {
   ColliderControl& control = row.control;
   const std::vector<Collider>& colliders = description.parameters.colliders;
   if (control.collider >= colliders.size()) {
@@ -138,9 +171,30 @@ class GripCheck {
   uint64_t searched_ = 0;
 };
 
-// Keeps the ConstraintPlaces of each cloth, which take a pass over its model.
+// The device begins to drive all lengths of a cloth with the first one, while everybody waits.
+class DrivenCount {
+ public:
+  // Null: one more cloth may be driven.
+  RowCheck Add(uint32_t cloth_index, const SceneModel& model) {
+    if (!cloths_.insert(cloth_index).second) return std::nullopt;
+    constraints_ += model.described_constraint_count();
+    if (constraints_ <= kMaxDrivenConstraints) return std::nullopt;
+    return RowError{"cloth_ids",
+                    fmt::format("the cloths up to this row have {} constraints, at most {} are "
+                                "driven by one request: send fewer rows per request",
+                                constraints_, kMaxDrivenConstraints)};
+  }
+
+ private:
+  std::unordered_set<uint32_t> cloths_;
+  uint64_t constraints_ = 0;
+};
+
+// Keeps the ConstraintPlaces of each model, which take a pass over it.
 class LengthCheck {
  public:
+  explicit LengthCheck(DrivenCount& driven) : driven_(driven) {}
+
   RowCheck operator()(const ClothRecord& /*cloth*/, const ClothDescription& description,
                       const ClothControl<LengthControl>& row) {
     const uint32_t constraint = row.control.constraint;
@@ -150,18 +204,22 @@ class LengthCheck {
                       fmt::format("{} is not below the number of distance constraints, {}",
                                   constraint, model->described_constraint_count())};
     }
-    const ConstraintPlaces& places = places_.try_emplace(row.cloth_index, *model).first->second;
-    if (places.Find(constraint).has_value()) return std::nullopt;
+    const ConstraintPlaces& places = places_.try_emplace(model, *model).first->second;
+    if (places.Find(constraint).has_value()) return driven_.Add(row.cloth_index, *model);
     return RowError{"constraints", fmt::format("constraint {} joins two pins", constraint)};
   }
 
  private:
-  std::unordered_map<uint32_t, ConstraintPlaces> places_;  // by cloth
+  DrivenCount& driven_;
+  // Cloths mostly share a model. It is held, so that no other gets its address.
+  std::unordered_map<std::shared_ptr<const SceneModel>, ConstraintPlaces> places_;
 };
 
 // A row costs a pass over its cloth, so each cloth may have one.
 class ScaleCheck {
  public:
+  explicit ScaleCheck(DrivenCount& driven) : driven_(driven) {}
+
   RowCheck operator()(const ClothRecord& cloth, const ClothDescription& description,
                       const ClothControl<LengthScale>& row) {
     if (!scaled_.insert(row.cloth_index).second) {
@@ -171,6 +229,7 @@ class ScaleCheck {
     if (model->constraint_count() == 0) {
       return RowError{"scales", "the cloth has no distance constraint"};
     }
+    if (RowCheck error = driven_.Add(row.cloth_index, *model)) return error;
     const auto [shortest, longest] = std::minmax_element(
         model->constraints().begin(), model->constraints().end(),
         [](const auto& a, const auto& b) { return a.rest_length_m < b.rest_length_m; });
@@ -184,6 +243,7 @@ class ScaleCheck {
   }
 
  private:
+  DrivenCount& driven_;
   std::unordered_set<uint32_t> scaled_;
 };
 
@@ -201,12 +261,13 @@ Result<StepControls> ResolveControls(
   for (uint32_t k = 0; k < records.size(); ++k) cloths.indices.emplace(records[k]->id, k);
   DRAPE_ASSIGN_OR_RETURN(controls.pins, ResolveRows("pin_controls", rows.pins, cloths, CheckPin));
   DRAPE_ASSIGN_OR_RETURN(controls.colliders,
-                         ResolveRows("collider_controls", rows.colliders, cloths, CheckCollider));
-  DRAPE_ASSIGN_OR_RETURN(controls.lengths,
-                         ResolveRows("rest_length_controls", rows.lengths, cloths, LengthCheck()));
+                         ResolveRows("collider_controls", rows.colliders, cloths, ColliderCheck()));
+  DrivenCount driven;
+  DRAPE_ASSIGN_OR_RETURN(controls.lengths, ResolveRows("rest_length_controls", rows.lengths, cloths,
+                                                       LengthCheck(driven)));
   DRAPE_ASSIGN_OR_RETURN(
       controls.length_scales,
-      ResolveRows("rest_length_scales", rows.length_scales, cloths, ScaleCheck()));
+      ResolveRows("rest_length_scales", rows.length_scales, cloths, ScaleCheck(driven)));
   DRAPE_ASSIGN_OR_RETURN(controls.grips,
                          ResolveRows("grip_controls", rows.grips, cloths, GripCheck()));
   return controls;

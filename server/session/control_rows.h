@@ -33,11 +33,14 @@ struct ControlRows {
 //   "<table>.cloth_ids[r]": not a cloth of the request, or a cloth that is scaled twice
 //   "pin_controls.particles[r]": not a pin
 //   "collider_controls.colliders[r]": the cloth has fewer
+//   "collider_controls.cloth_ids[r]": the cloths up to there cost too much (start_cost.h)
 //   "rest_length_controls.constraints[r]": no such constraint, or one between two pins
 //   "grip_controls.slots[r]": the cloth has fewer
 //   "grip_controls.particles[r]": no such particle, or a pin
 //   "grip_controls.actions[r]": the rows that search search too many particles
 //   "rest_length_scales.scales[r]": makes a length that is too short or too long
+//   "rest_length_controls.cloth_ids[r]", "rest_length_scales.cloth_ids[r]": the cloths up to there
+//     have too many constraints
 // `becoming`: [cloth] the description that a cloth gets before its controls act, null where it
 // keeps its own; or empty. Takes time in proportion to the rows and to the constraints of the
 // cloths that they name. Pure.

@@ -12,6 +12,9 @@ namespace {
 // A backend has a model of its own, about as large.
 constexpr uint64_t kCopies = 2;
 
+// A driven rest length: its motion, its targets and its place, and two lengths of the backend.
+constexpr uint64_t kBytesPerLength = 72;
+
 // Keeps what it counts alive, so that no other model gets its address.
 struct ModelCharge {
   std::shared_ptr<const SceneModel> model;
@@ -61,6 +64,12 @@ Result<std::shared_ptr<const void>> ModelCache::Charge(
       std::make_shared<const ModelCharge>(model, std::move(bytes));
   entry = charge;
   return charge;
+}
+
+Result<std::shared_ptr<const void>> ModelCache::ChargeLengths(const std::string& owner,
+                                                              uint32_t count) {
+  DRAPE_ASSIGN_OR_RETURN(std::shared_ptr<void> bytes, budget_.Take(owner, kBytesPerLength * count));
+  return std::shared_ptr<const void>(std::move(bytes));
 }
 
 std::shared_ptr<const SceneModel> ModelCache::Find(std::shared_ptr<const SceneModel> model) {

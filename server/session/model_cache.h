@@ -32,6 +32,9 @@ class ModelCache {
   // A live model of the same content if there is one; otherwise `model`, which is shared from now
   // on. RESOURCE_EXHAUSTED (QUOTA_EXCEEDED) if it is too much for `owner`.
   Result<SharedModel> Share(const std::string& owner, std::shared_ptr<const SceneModel> model);
+  // For rest lengths that a cloth has of its own beside its model, as long as the result exists.
+  // RESOURCE_EXHAUSTED (QUOTA_EXCEEDED).
+  Result<std::shared_ptr<const void>> ChargeLengths(const std::string& owner, uint32_t count);
   // Live models.
   size_t size() const;
 

@@ -6,6 +6,7 @@
 
 #include "server/session/cloth_creation.h"
 #include "server/session/sliced_command.h"
+#include "server/session/start_cost.h"
 
 namespace drape {
 namespace {
@@ -83,11 +84,18 @@ Status SavedStatesNotFound(const std::string& name) {
 }
 
 size_t ClothsPerSlice(std::span<const std::shared_ptr<ClothRecord>> cloths) {
-  uint32_t largest = 1;
+  uint64_t largest = 1;
   for (const auto& cloth : cloths) {
-    largest = std::max(largest, cloth->description()->model->particle_count());
+    const auto description = cloth->description();
+    largest = std::max(
+        largest, SliceCost(*description->model, description->parameters, cloth->charged_lengths()));
   }
   return ClothsPerSlice(largest);
+}
+
+uint64_t SliceCostOf(const SavedCloth& from) {
+  return SliceCost(*from.description->model, from.description->parameters,
+                   static_cast<uint32_t>(from.runtime.lengths.track().size()));
 }
 
 Status SaveOnDevice(Backend& backend, std::span<const std::shared_ptr<ClothRecord>> cloths,
@@ -108,6 +116,7 @@ Status SaveOnDevice(Backend& backend, std::span<const std::shared_ptr<ClothRecor
              .transform = cloth->transform,
              .start = cloth->described_start(),
              .description = cloth->description(),
+             .charges = cloth->charges(),
              .runtime = cloth->runtime->Save(),
              .columns = columns,
              .first_row = row};
@@ -152,7 +161,7 @@ Status LoadOnDevice(Backend& backend, ClothRecord& cloth, const SavedCloth& from
   runtime.SetModel(description.model);
   runtime.SetShift(ShiftOf(*description.model, description.parameters, cloth.placement));
   runtime.Restore(std::move(state));
-  cloth.ReplaceDescription(from.description);
+  cloth.ReplaceDescription(from.description, from.charges);
   return Status::Ok();
 }
 

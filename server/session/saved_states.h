@@ -25,6 +25,9 @@ struct SavedCloth {
   RigidTransform transform{};
   std::shared_ptr<const ClearStart> start{};  // ClothRecord::described_start
   std::shared_ptr<const ClothDescription> description{};
+  ClothCharges charges{};  // of the description
+  // For ClothRecord::HoldLengths; of an import whose lengths are driven.
+  std::shared_ptr<const void> length_charge{};
   RuntimeState runtime{};
   // Its particles are rows [first_row, first_row + particle_count), at the precision of the
   // backend.
@@ -47,6 +50,9 @@ struct LoadPair {
 
 // How many of the cloths one command takes: as many of their largest as fit (sliced_command.h).
 size_t ClothsPerSlice(std::span<const std::shared_ptr<ClothRecord>> cloths);
+
+// SliceCost (start_cost.h).
+uint64_t SliceCostOf(const SavedCloth& from);
 
 // Appends the cloths as they are now. NOT_FOUND if one was deleted; RESOURCE_EXHAUSTED when the
 // budget of `owner` does not suffice. Device thread.

@@ -172,13 +172,14 @@ void Session::Close(std::function<void(Status)> done) {
 }
 
 void Session::FreeOnDevice(ClothList cloths, std::function<void(Status)> done) {
-  Scheduler& scheduler = commons_->scheduler;
-  const bool is_taken = scheduler.PostCleanup(
-      owner(), [self = shared_from_this(), cloths = std::move(cloths), done](Backend& backend) {
-        for (const auto& cloth : cloths) FreeCloth(backend, *cloth);
-        self->ReleaseQuota(cloths.size(), ParticleTotal(cloths));
-        self->commons_->scheduler.Complete([done] { done(Status::Ok()); });
-      });
+  const size_t count = cloths.size();
+  const uint64_t particles = ParticleTotal(cloths);
+  const bool is_taken =
+      FreeInSlices(commons_->scheduler, owner(), std::move(cloths),
+                   [self = shared_from_this(), count, particles, done](Backend&) {
+                     self->ReleaseQuota(count, particles);
+                     self->commons_->scheduler.Complete([done] { done(Status::Ok()); });
+                   });
   // The backend and its cloths no longer exist. They may be in the last checkpoint, and come back.
   if (!is_taken) done(DrainingStatus());
 }

@@ -17,6 +17,7 @@
 #include "server/session/cloth_reset.h"
 #include "server/session/cloth_table.h"
 #include "server/session/distance_map_cache.h"
+#include "server/session/driven_lengths.h"
 #include "server/session/map_quota.h"
 #include "server/session/model_cache.h"
 #include "server/session/model_change.h"
@@ -182,6 +183,10 @@ class Session : public std::enable_shared_from_this<Session> {
   // The pairs of LoadStates, with its errors, for LoadOnDevice.
   Result<StateLoads> FindLoads(const std::string& name, std::span<const ClothId> into,
                                std::span<const ClothId> from) const;
+  // ChargeLengths in the name of the session.
+  Status ChargeDriven(std::span<const DrivenCloth> driven) const {
+    return ChargeLengths(driven, commons_->models, owner());
+  }
   // SAVED_STATES_NOT_FOUND.
   Status DropStates(const std::string& name);
   // What SaveStates has kept; null: nothing.

@@ -10,6 +10,7 @@
 #include "server/session/cloth_update.h"
 #include "server/session/session.h"
 #include "server/session/sliced_command.h"
+#include "server/session/start_cost.h"
 
 namespace drape {
 namespace {
@@ -67,21 +68,29 @@ void Session::CreateCloths(ClothCreation creation,
     return done(status);
   }
   auto model = creation.model;
-  const size_t per_slice = ClothsPerSlice(model->particle_count());
+  uint64_t largest = 1;
+  for (const ClothCopy& copy : creation.copies) {
+    largest = std::max(largest, SliceCost(*model, copy.parameters));
+  }
+  const size_t per_slice = ClothsPerSlice(largest);
   auto start = StartOf(creation);
   std::string plan =
       commons_->scheduler.description().plan_of(*model, creation.copies[0].parameters);
   auto maker = std::make_shared<ClothMaker>(std::move(creation), std::move(model), std::move(plan));
   const auto finish = [self = shared_from_this(), maker, start = std::move(start), done, cloths,
-                       particles](Backend& backend, const Status& status) {
+                       particles](Backend&, const Status& status) {
     Result<CreatedCloths> answer = self->PublishMade(*maker, status);
+    Scheduler& scheduler = self->commons_->scheduler;
     if (answer.ok()) {
       answer->start = start;
-    } else {
-      maker->Unmake(backend);
-      self->ReleaseQuota(cloths, particles);
+      return scheduler.Complete([done, answer = std::move(answer)] { done(answer); });
     }
-    self->commons_->scheduler.Complete([done, answer = std::move(answer)] { done(answer); });
+    const bool is_taken =
+        FreeInSlices(scheduler, self->owner(), maker->TakeMade(), [=, &scheduler](Backend&) {
+          self->ReleaseQuota(cloths, particles);
+          scheduler.Complete([done, answer] { done(answer); });
+        });
+    DRAPE_CHECK(is_taken, "the device thread takes commands as long as it runs one");
   };
   const Status status = RunInSlices(
       commons_->scheduler, owner(), cloths, per_slice,

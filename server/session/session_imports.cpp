@@ -25,13 +25,16 @@ Status Session::Adopt(std::vector<SavedCloth>& cloths) {
       DRAPE_ASSIGN_OR_RETURN(known, commons_->models.Share(owner(), description->model));
     }
     const auto& model = description->model = known.model;
-    description->model_charge = known.charge;
+    cloth.charges.model = known.charge;
     description->plan = commons_->scheduler.description().plan_of(*model, description->parameters);
     DistanceMapSet its_maps;
     Insert(description->parameters.colliders, its_maps);
-    description->map_charges.clear();
-    for (const auto& map : its_maps) description->map_charges.push_back(charge_of.at(map.get()));
+    cloth.charges.maps.clear();
+    for (const auto& map : its_maps) cloth.charges.maps.push_back(charge_of.at(map.get()));
     cloth.description = std::move(description);
+    if (!cloth.runtime.lengths.is_driven()) continue;
+    DRAPE_ASSIGN_OR_RETURN(cloth.length_charge, commons_->models.ChargeLengths(
+                                                    owner(), model->described_constraint_count()));
   }
   return Status::Ok();
 }
@@ -88,11 +91,10 @@ void Session::Import(std::vector<SavedCloth> cloths, bool keeps_ids,
     if (const Status status = CheckReturn(cloths); !status.ok()) return done(status);
   }
   uint64_t particles = 0;
-  uint32_t largest = 1;
+  uint64_t largest = 1;
   for (const SavedCloth& cloth : cloths) {
-    const uint32_t its = cloth.description->model->particle_count();
-    particles += its;
-    largest = std::max(largest, its);
+    particles += cloth.description->model->particle_count();
+    largest = std::max(largest, SliceCostOf(cloth));
   }
   Result<std::vector<std::string>> worlds = CheckImportedWorlds(cloths);
   if (!worlds.ok()) return done(worlds.status());
@@ -110,7 +112,7 @@ void Session::Import(std::vector<SavedCloth> cloths, bool keeps_ids,
         return maker->Make(backend, begin, end);
       },
       [self = shared_from_this(), maker, keeps_ids, done, count, particles, made = std::move(made),
-       worlds = std::move(*worlds)](Backend& backend, const Status& outcome) {
+       worlds = std::move(*worlds)](Backend&, const Status& outcome) {
         Result<std::vector<ClothId>> answer = std::vector<ClothId>{};
         const Status are_new = self->CheckNewWorlds(worlds);
         if (!outcome.ok()) {
@@ -123,11 +125,16 @@ void Session::Import(std::vector<SavedCloth> cloths, bool keeps_ids,
           self->JoinWorlds(maker->made());
           for (const auto& cloth : maker->made()) answer->push_back(cloth->id);
         }
-        if (!answer.ok()) {
-          maker->Unmake(backend);
-          self->ReleaseQuota(count, particles);
+        Scheduler& scheduler = self->commons_->scheduler;
+        if (answer.ok()) {
+          return scheduler.Complete([done, answer = std::move(answer)] { done(answer); });
         }
-        self->commons_->scheduler.Complete([done, answer = std::move(answer)] { done(answer); });
+        const bool is_taken =
+            FreeInSlices(scheduler, self->owner(), maker->TakeMade(), [=, &scheduler](Backend&) {
+              self->ReleaseQuota(count, particles);
+              scheduler.Complete([done, answer] { done(answer); });
+            });
+        DRAPE_CHECK(is_taken, "the device thread takes commands as long as it runs one");
       });
   if (status.ok()) return;
   ReleaseQuota(count, particles);

@@ -93,10 +93,9 @@ void Session::LoadStates(const std::string& name, std::span<const ClothId> into,
   auto found = FindLoads(name, into, from);
   if (!found.ok()) return done(found.status());
   const auto loads = std::make_shared<const StateLoads>(std::move(found).value());
-  uint32_t largest = 1;
-  for (const LoadPair& pair : loads->pairs) {
-    largest = std::max(largest, pair.from->description->model->particle_count());
-  }
+  if (const Status status = ChargeDriven(DrivenBy(loads->pairs)); !status.ok()) return done(status);
+  uint64_t largest = 1;
+  for (const LoadPair& pair : loads->pairs) largest = std::max(largest, SliceCostOf(*pair.from));
   const auto hold = std::make_shared<ClothHold>();
   const Status status = RunAsOne(
       commons_->scheduler, owner(), loads->pairs.size(), ClothsPerSlice(largest),

@@ -46,9 +46,8 @@ Status Post(const SlicedWorkPointer& work) {
 
 }  // namespace
 
-size_t ClothsPerSlice(uint32_t particle_count) {
-  return std::clamp<size_t>(kSliceParticles / std::max<uint32_t>(1, particle_count), 1,
-                            kSliceCloths);
+size_t ClothsPerSlice(uint64_t cost) {
+  return std::clamp<size_t>(kSliceParticles / std::max<uint64_t>(1, cost), 1, kSliceCloths);
 }
 
 Status RunInSlices(Scheduler& scheduler, const std::string& owner, size_t count, size_t per_slice,
@@ -63,6 +62,14 @@ Status RunAsOne(Scheduler& scheduler, const std::string& owner, size_t count, si
                 std::function<void(Backend&, const Status&)> finish) {
   return Post(std::make_shared<SlicedWork>(
       SlicedWork{scheduler, owner, true, count, per_slice, std::move(slice), std::move(finish)}));
+}
+
+bool CleanUpAsOne(Scheduler& scheduler, const std::string& owner, size_t count, size_t per_slice,
+                  std::function<Status(Backend&, size_t begin, size_t end)> slice,
+                  std::function<void(Backend&, const Status&)> finish) {
+  const auto work = std::make_shared<SlicedWork>(
+      SlicedWork{scheduler, owner, true, count, per_slice, std::move(slice), std::move(finish)});
+  return scheduler.PostCleanup(owner, [work](Backend& backend) { RunNextSlice(work, backend); });
 }
 
 void ContinueAsOne(Backend& backend, Scheduler& scheduler, const std::string& owner, size_t count,

@@ -16,8 +16,8 @@ inline constexpr uint64_t kSliceParticles = uint64_t{1} << 18;
 // And of cloths, however small.
 inline constexpr size_t kSliceCloths = 1024;
 
-// Cloths of this size per slice; >= 1.
-size_t ClothsPerSlice(uint32_t particle_count);
+// Cloths that each cost as much as so many particles (SliceCost) per slice; >= 1.
+size_t ClothsPerSlice(uint64_t cost);
 
 // Runs `slice(backend, begin, end)` for consecutive ranges that cover [0, count), each in a command
 // of its own of this owner (Scheduler::Post), until one fails; then `finish` with the outcome,
@@ -33,6 +33,13 @@ Status RunInSlices(Scheduler& scheduler, const std::string& owner, size_t count,
 Status RunAsOne(Scheduler& scheduler, const std::string& owner, size_t count, size_t per_slice,
                 std::function<Status(Backend&, size_t begin, size_t end)> slice,
                 std::function<void(Backend&, const Status&)> finish);
+
+// RunAsOne for what frees something: ignores the limits (Scheduler::PostCleanup). False after
+// Drain: it calls nothing.
+[[nodiscard]] bool CleanUpAsOne(Scheduler& scheduler, const std::string& owner, size_t count,
+                                size_t per_slice,
+                                std::function<Status(Backend&, size_t begin, size_t end)> slice,
+                                std::function<void(Backend&, const Status&)> finish);
 
 // In a command of the owner, or in `finish` of RunAsOne: goes on with more of it. The whole is done
 // before this returns where it is one slice, or none.

@@ -109,6 +109,10 @@ class FakeDevice {
   std::vector<size_t> reads() const {
     return Locked([&] { return reads_; });
   }
+  // Of all of them together.
+  size_t position_rows_read() const {
+    return Locked([&] { return position_rows_read_; });
+  }
   size_t live_cloths() const {
     return Locked([&] { return live_; });
   }
@@ -148,6 +152,7 @@ class FakeDevice {
   size_t abandoned_ = 0;
   std::vector<FakeBatch> batches_;
   std::vector<size_t> reads_;
+  size_t position_rows_read_ = 0;
   size_t live_ = 0;
   size_t writes_ = 0;
   std::shared_ptr<int> copy_;
@@ -263,7 +268,14 @@ class FakeBackend final : public DeviceBackend {
     if (request.velocities) {
       columns.velocities_m_per_s = Column(request, &ParticleState::velocities_m_per_s);
     }
-    device_->Locked([&] { device_->reads_.push_back(request.cloths.size()); });
+    device_->Locked([&] {
+      device_->reads_.push_back(request.cloths.size());
+      if (!request.positions) return;
+      for (const ClothHandle handle : request.cloths) {
+        device_->position_rows_read_ +=
+            RowsOf(request.particles, cloths_.at(handle).model->particle_count());
+      }
+    });
     return columns;
   }
 

@@ -55,6 +55,23 @@ TEST_F(WorldsTest, ARequestThatLacksAMemberMovesNothingAndNamesIt) {
   EXPECT_TRUE(device_->batches().empty());
 }
 
+// Many that end at once cost their world one pass, not one each.
+TEST_F(WorldsTest, ThoseThatEndTogetherLeaveTogether) {
+  const Cloths cloths = Members(world_, 5);
+  cloths[1]->BeginLeaving();
+  cloths[3]->BeginLeaving();
+  End(cloths[3]);
+  ASSERT_EQ(world_->members().size(), 3u);
+  EXPECT_EQ(cloths[1]->world(), nullptr);
+  EXPECT_TRUE(cloths[1]->is_alive());
+  End(cloths[1]);
+  Admit(Work("x", {cloths[4], cloths[2], cloths[0]}));
+  RunAll();
+  EXPECT_TRUE(StatusOf("x").ok());
+  EXPECT_EQ(StepOf(0), (std::vector<ClothHandle>{cloths[0]->handle(), cloths[2]->handle(),
+                                                 cloths[4]->handle()}));
+}
+
 // However few cloths a batch has, in the order in which they joined, beside single cloths.
 TEST_F(WorldsTest, AWorldIsSteppedInOneBatchInItsOrder) {
   Restart(1);

@@ -28,7 +28,7 @@ TEST_F(ClothCreationTest, CopiesAreMadeInPiecesAndUnmadeTogether) {
     EXPECT_EQ(maker.made()[k]->placement.environment_origin_m.x(), 10.0 * static_cast<double>(k));
     EXPECT_TRUE(maker.made()[k]->runtime->is_alive());
   }
-  maker.Unmake(backend_);
+  FreeCloths(backend_, maker.TakeMade());
   EXPECT_EQ(device_->live_cloths(), 0u);
 }
 
@@ -38,7 +38,7 @@ TEST_F(ClothCreationTest, AnErrorLeavesWhatWasMadeToBeUnmade) {
   ClothMaker maker(creation, creation.model, "plan");
   EXPECT_EQ(maker.Make(backend_, 0, 5).reason(), "DEVICE_FULL");
   EXPECT_EQ(maker.made().size(), 3u);
-  maker.Unmake(backend_);
+  FreeCloths(backend_, maker.TakeMade());
   EXPECT_EQ(device_->live_cloths(), 0u);
 }
 
@@ -69,7 +69,7 @@ TEST_F(ClothCreationTest, SharedPartsAreMadeBeforeAndHeldUntilTheClothsAreThere)
     ClothMaker maker(std::exchange(creation, {}), model, "plan");
     EXPECT_TRUE(maker.Make(backend_, 0, 20).ok());
     EXPECT_EQ(part.use_count(), 1 + static_cast<long>(kMaxPreparedCloths));
-    maker.Unmake(backend_);
+    FreeCloths(backend_, maker.TakeMade());
   }
   EXPECT_EQ(part.use_count(), 1);
 }

@@ -166,6 +166,22 @@ TEST_F(ColliderControlsTest, BadRowsAreNamed) {
   EXPECT_NE(status.violations()[1].description.find("1 is not below"), std::string::npos);
 }
 
+// The device takes a cloth anew when its first collider moves.
+TEST_F(ColliderControlsTest, MovedClothsAreBounded) {
+  ClothCreation creation = Chains(4, 2);
+  for (ClothCopy& copy : creation.copies) copy.parameters.colliders = {SphereAt({2, 0, 0}, 0.5)};
+  creation.copies.resize(52'266, creation.copies[0]);  // of 2 + 512 + 128: 2^25 and one more
+  const ClothList many = Find(Create(std::move(creation)).value().ids);
+  std::vector<ControlRow<ColliderControl>> rows;
+  for (const auto& cloth : many) rows.push_back({cloth->id, {0, {.position_m = {1, 6, 0}}, 0}});
+  const Status status = ResolveControls({.colliders = rows}, many).status();
+  ASSERT_FALSE(status.violations().empty());
+  EXPECT_EQ(status.violations()[0].field, "collider_controls.cloth_ids[52265]");
+  rows.resize(52'265);
+  rows.push_back(rows[0]);  // of a cloth that is moved anyway
+  EXPECT_TRUE(ResolveControls({.colliders = rows}, many).ok());
+}
+
 TEST_F(ColliderControlsTest, OneClothsColliderMovesAndIsBroughtBackByReset) {
   EXPECT_TRUE(OnDevice(0).empty());
   Send(1, {2, 4, 0});
@@ -265,6 +281,45 @@ TEST_F(RestLengthControlsTest, BadRowsAreNamed) {
   EXPECT_EQ(scaled.violations()[1].field, "rest_length_scales.scales[1]");
   EXPECT_EQ(scaled.violations()[2].field, "rest_length_scales.cloth_ids[2]");
   EXPECT_NE(scaled.violations()[2].description.find("occurs twice"), std::string::npos);
+}
+
+// Every two of 1025 particles, in each of 16 cloths: together a little more than one request
+// drives.
+TEST_F(RestLengthControlsTest, DrivenConstraintsAreBounded) {
+  ClothCreation creation = Chains(16, 1025);
+  ModelDescription description = *creation.description;
+  auto& topology = std::get<ParticleTopology>(description.topology);
+  topology.distance_constraints.clear();
+  for (uint32_t a = 0; a < 1025; ++a) {
+    for (uint32_t b = a + 1; b < 1025; ++b) {
+      topology.distance_constraints.push_back({a, b, 1.0 * (b - a), 0});
+    }
+  }
+  creation.description = std::make_shared<const ModelDescription>(std::move(description));
+  creation.model = SceneModel::Build(*creation.description).value();
+  const ClothList dense = Find(Create(std::move(creation)).value().ids);
+  std::vector<ControlRow<LengthScale>> scales;
+  for (const auto& cloth : dense) scales.push_back({cloth->id, {1.5, 0}});
+  std::vector<ControlRow<LengthControl>> lengths;
+  for (const auto& cloth : dense) lengths.push_back({cloth->id, {7, 2, 0}});
+  lengths.push_back({dense[0]->id, {8, 2, 0}});  // of a cloth that is driven anyway
+  const auto first = [](const auto& rows, size_t count) {
+    return std::remove_cvref_t<decltype(rows)>(rows.begin(),
+                                               rows.begin() + static_cast<ptrdiff_t>(count));
+  };
+  EXPECT_TRUE(
+      ResolveControls({.lengths = first(lengths, 15), .length_scales = first(scales, 15)}, dense)
+          .ok())
+      << "the same cloths";
+  const Status scaled = ResolveControls({.length_scales = scales}, dense).status();
+  ASSERT_EQ(scaled.violations().size(), 1u);
+  EXPECT_EQ(scaled.violations()[0].field, "rest_length_scales.cloth_ids[15]");
+  EXPECT_NE(scaled.violations()[0].description.find("8396800 constraints, at most 8388608"),
+            std::string::npos)
+      << scaled.violations()[0].description;
+  const Status driven = ResolveControls({.lengths = lengths}, dense).status();
+  ASSERT_EQ(driven.violations().size(), 1u);
+  EXPECT_EQ(driven.violations()[0].field, "rest_length_controls.cloth_ids[15]");
 }
 
 // Clients may drive every constraint of a large cloth. A search per row would be 2e10 comparisons,

@@ -129,7 +129,7 @@ TEST_F(SessionImports, ClothsHoldTheChargesOfTheirOwnMaps) {
   const SavedCloth other = Saved(BesideBoxes({3}));
   const ClothList cloths = Find(Import({both, none, other, both}).value());
   std::vector<size_t> charges;
-  for (const auto& cloth : cloths) charges.push_back(cloth->description()->map_charges.size());
+  for (const auto& cloth : cloths) charges.push_back(cloth->charges().maps.size());
   EXPECT_EQ(charges, (std::vector<size_t>{2, 0, 1, 2}));
   const uint64_t all_bytes = session().map_bytes();
   EXPECT_TRUE(Delete({cloths[0]}).ok());

@@ -47,6 +47,18 @@ TEST_F(SessionTest, LargeCreationsLetTheStepsOfOthersThrough) {
   EXPECT_EQ(cloths_at_first_step, 2u);
 }
 
+// However few particles they have.
+TEST_F(SessionTest, CollidersAndDrivenLengthsMakeSlicesSmaller) {
+  Start();
+  ClothCreation creation = Chains(2, 2);
+  creation.copies[1].parameters.colliders.assign(256, SphereAt({0, -9, 0}, 0.5));
+  const ClothList cloths = Find(Create(std::move(creation)).value().ids);
+  EXPECT_EQ(ClothsPerSlice(std::span(cloths).first(1)), kSliceCloths);
+  EXPECT_EQ(ClothsPerSlice(cloths), 7u);
+  cloths[0]->HoldLengths(1u << 16, nullptr);
+  EXPECT_EQ(ClothsPerSlice(std::span(cloths).first(1)), 1u);
+}
+
 TEST_F(SessionTest, AllOrNothingWhenTheDeviceIsFull) {
   Start();
   const auto before = CreateOne();
@@ -222,6 +234,38 @@ TEST_F(SessionTest, DeletingTwiceFreesOnce) {
   EXPECT_TRUE(Delete({cloth}).ok());
   EXPECT_EQ(device_->live_cloths(), 0u);
   EXPECT_EQ(session().cloth_count(), 0u);
+}
+
+// Pins and colliders of thousands of cloths would take gigabytes for a moment.
+TEST_F(SessionTest, AClothEndsWithoutACopyOfItsDescription) {
+  Start();
+  const auto cloth = CreateOne();
+  const auto description = cloth->description();
+  EXPECT_NE(cloth->charges().model, nullptr);
+  EXPECT_TRUE(Delete({cloth}).ok());
+  EXPECT_EQ(cloth->description(), description);
+  EXPECT_EQ(cloth->charges().model, nullptr) << "it counts no longer, though somebody holds it";
+}
+
+TEST_F(SessionTest, LargeDeletionsLetOthersThroughButNotTheirOwner) {
+  Start();
+  Create(Chains(3 * kSliceCloths, 2)).value();
+  scheduler_->HoldForTest();
+  Awaited<Status> done;
+  session().DeleteCloths(Find({}), [done](const Status& s) mutable { done.Set(s); });
+  const auto post = [&](const std::string& owner) {
+    Awaited<size_t> left;
+    const auto look = [this, left](Backend&) mutable { left.Set(device_->live_cloths()); };
+    EXPECT_TRUE(scheduler_->Post(owner, look).ok());
+    return left;
+  };
+  Awaited<size_t> left_for_other = post("other");
+  Awaited<size_t> left_for_owner = post(session().owner());
+  scheduler_->ReleaseForTest();
+  EXPECT_TRUE(done.Get().ok());
+  EXPECT_EQ(session().cloth_count(), 0u);
+  EXPECT_EQ(left_for_other.Get(), 2 * kSliceCloths);
+  EXPECT_EQ(left_for_owner.Get(), 0u);
 }
 
 TEST_F(SessionTest, ResetBringsBackTheStateOfCreation) {

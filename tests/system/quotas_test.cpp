@@ -160,5 +160,26 @@ TEST(Quotas, SavedBytesHaveALimit) {
   EXPECT_TRUE(Call(*stub, &Stub::SaveStates, request).status.ok()) << "room was made";
 }
 
+// One small request drives every length of many cloths, which each get theirs.
+TEST(Quotas, DrivenRestLengthsAreCounted) {
+  ServerProcess server({"--backend=cpu", "--max-model-bytes=2000000"});
+  ASSERT_TRUE(server.WaitUntilUp());
+  const auto stub = server.NewStub();
+  const std::string session = NewSession(*stub);
+  const Ids ids = Create(*stub, HangingSheet(session, 20, 64));
+  const auto scaled = [&](const Ids& cloths) {
+    v1::StepRequest request = StepsOf(session, cloths, 1);
+    for (const uint64_t id : cloths) {
+      request.mutable_rest_length_scales()->add_cloth_ids(id);
+      request.mutable_rest_length_scales()->add_scales(0.9);
+    }
+    return Call(*stub, &Stub::Step, request).status;
+  };
+  const grpc::Status status = scaled(ids);
+  EXPECT_EQ(status.error_code(), grpc::StatusCode::RESOURCE_EXHAUSTED);
+  EXPECT_THAT(status.error_message(), HasSubstr("max_model_bytes"));
+  EXPECT_TRUE(scaled({ids[0], ids[1]}).ok()) << "none of the others counts";
+}
+
 }  // namespace
 }  // namespace drape::test
