@@ -376,6 +376,11 @@ TEST_F(SnapshotBytes, WhatCannotBeOfAClothIsRefused) {
       "cloths[1].runtime.grips[0]");
   EXPECT_EQ(refused([](Cloth& c, Parts&) { c.mutable_runtime()->mutable_sleep()->set_looks(9); }),
             "cloths[1].runtime.sleep");
+  EXPECT_EQ(refused([](Cloth& c, Parts&) {
+              auto* report = c.mutable_runtime()->mutable_sleep()->mutable_report();
+              for (int k = 0; k < 2; ++k) report->add_gripped_particles(0);  // max_grips is 1
+            }),
+            "cloths[1].runtime.sleep.report.gripped_particles");
   EXPECT_EQ(refused([](Cloth& c, Parts&) { c.mutable_runtime()->set_base_steps(3); }),
             "cloths[1].runtime.base_steps");
   EXPECT_EQ(refused([](Cloth& c, Parts&) { c.mutable_spec()->mutable_pins()->RemoveLast(); }),
