@@ -41,6 +41,14 @@ Status CheckHeader(const v1::SnapshotHeader& header, const SnapshotTarget& targe
                   "the snapshot has " + std::to_string(header.cloths()) + " cloths, at most " +
                       std::to_string(target.limits.max_cloths_per_request) + " are read at a time");
   }
+  // Each is of some cloth.
+  const uint64_t most_meshes =
+      uint64_t{header.cloths()} * target.limits.max_mesh_colliders_per_cloth;
+  if (header.models() > header.cloths() || header.meshes() > most_meshes) {
+    return SnapshotDamaged("it has " + std::to_string(header.models()) + " models and " +
+                           std::to_string(header.meshes()) + " meshes, more than its " +
+                           std::to_string(header.cloths()) + " cloths could be made of");
+  }
   if (target.is_inexact) return Status::Ok();
   const auto differs = [&](const char* what, const std::string& its, const std::string& ours) {
     return refuse("OTHER_BUILD", "the snapshot is of the " + std::string(what) + " " + its +
@@ -62,6 +70,13 @@ Status CheckHeader(const v1::SnapshotHeader& header, const SnapshotTarget& targe
 struct ReadModel {
   std::shared_ptr<const ModelDescription> description;
   std::shared_ptr<const SceneModel> model;
+  std::shared_ptr<const void> charge;
+};
+
+// A distance map that they share.
+struct ReadMap {
+  std::shared_ptr<const DistanceMap> map;
+  std::shared_ptr<const MapCharge> charge;
 };
 
 Result<ReadModel> ToModel(size_t number, const v1::ModelSnapshot& message,
@@ -81,27 +96,28 @@ Result<ReadModel> ToModel(size_t number, const v1::ModelSnapshot& message,
   if (!target.is_inexact && (*model)->content_hash() != message.content_hash()) {
     return SnapshotDamaged("model " + std::to_string(number) + " is not the one that was saved");
   }
+  DRAPE_ASSIGN_OR_RETURN(SharedModel shared, target.session.ShareModel(std::move(*model)));
   return ReadModel{std::make_shared<const ModelDescription>(std::move(checked.description)),
-                   std::move(*model)};
+                   std::move(shared.model), std::move(shared.charge)};
 }
 
-Result<std::shared_ptr<const DistanceMap>> ToMap(size_t number, const v1::Mesh& message,
-                                                 const SnapshotTarget& target) {
+Result<ReadMap> ToMap(size_t number, const v1::Mesh& message, const SnapshotTarget& target) {
   const FieldPath path = FieldPath("meshes").At(number);
   Violations violations;
   CheckMeshArrays(path, message, violations);
   DRAPE_RETURN_IF_ERROR(violations.ToStatus());
-  auto map = target.maps.Get(ToTriangleMesh(message), target.limits.collider_mesh,
-                             [&] { return !target.stop_reason().ok(); });
+  auto map = target.session.maps().Get(ToTriangleMesh(message), target.limits.collider_mesh,
+                                       [&] { return !target.stop_reason().ok(); });
   DRAPE_RETURN_IF_ERROR(target.stop_reason());
   if (!map.ok()) return Below(path, map.status());
-  return map;
+  DRAPE_ASSIGN_OR_RETURN(MapCharges charges, target.session.ChargeMaps({*map}));
+  return ReadMap{std::move(*map), std::move(charges.at(0))};
 }
 
 // What cloths of the snapshot share.
 struct ReadShared {
   std::vector<ReadModel> models;
-  std::vector<std::shared_ptr<const DistanceMap>> maps;
+  std::vector<ReadMap> maps;
 };
 
 // A mesh in place of those that a cloth leaves out: a tetrahedron.
@@ -121,10 +137,12 @@ const v1::Mesh& PlaceholderMesh() {
   return mesh;
 }
 
-// Of the colliders of `spec` the meshes, which get their maps in `parameters`.
-void SetMeshes(const FieldPath& path, const v1::ClothSnapshot& message, const ReadShared& shared,
-               ClothParameters& parameters, Violations& violations) {
+// Of the colliders of `spec` the meshes, which get their maps in `parameters`. What those charge.
+MapCharges SetMeshes(const FieldPath& path, const v1::ClothSnapshot& message,
+                     const ReadShared& shared, ClothParameters& parameters,
+                     Violations& violations) {
   std::vector<ColliderMap> maps;
+  MapCharges charges;
   for (size_t k = 0; k < parameters.colliders.size(); ++k) {
     if (parameters.colliders[k].kind() != ShapeKind::kDistanceMap) continue;
     const auto number = static_cast<int>(maps.size());
@@ -132,11 +150,14 @@ void SetMeshes(const FieldPath& path, const v1::ClothSnapshot& message, const Re
                           message.collider_meshes(number) < shared.maps.size();
     if (!violations.Require(is_known, path.At(maps.size()),
                             [] { return "names no mesh of the snapshot"; })) {
-      return;
+      return charges;
     }
-    maps.push_back({k, shared.maps[message.collider_meshes(number)]});
+    const ReadMap& its = shared.maps[message.collider_meshes(number)];
+    maps.push_back({k, its.map});
+    charges.push_back(its.charge);
   }
   SetMaps(maps, parameters.colliders, parameters.collider_motions);
+  return charges;
 }
 
 std::vector<Pin> CheckPins(const FieldPath& path, const v1::ClothSpec& spec, const ReadModel& model,
@@ -202,7 +223,8 @@ void Describe(const FieldPath& path, v1::ClothSnapshot& message, const ReadShare
   CheckedSpec checked;
   CheckClothPart(path, message.spec(), target.limits, checked, violations);
   checked.parameters.is_in_world = !cloth.world.empty();
-  SetMeshes(path.Child("collider_meshes"), message, shared, checked.parameters, violations);
+  MapCharges charges =
+      SetMeshes(path.Child("collider_meshes"), message, shared, checked.parameters, violations);
   violations.Require(!checked.parameters.self_collision || !model.model->triangles().empty(),
                      path.Child("self_collision"),
                      [] { return "belongs to cloths with triangles"; });
@@ -216,6 +238,7 @@ void Describe(const FieldPath& path, v1::ClothSnapshot& message, const ReadShare
   }
   cloth.description = std::make_shared<const ClothDescription>(ClothDescription{
       model.description, model.model, std::move(checked.parameters), std::move(pins), {}});
+  cloth.charges = {std::move(charges), model.charge};
 }
 
 Result<SavedCloth> ToCloth(size_t number, v1::ClothSnapshot& message, const ReadShared& shared,
@@ -247,10 +270,29 @@ Result<SavedCloth> ToCloth(size_t number, v1::ClothSnapshot& message, const Read
   return cloth;
 }
 
+// Which of `count` objects cloths name.
+class NamedObjects {
+ public:
+  explicit NamedObjects(size_t count) : are_named_(count) {}
+  void Name(uint32_t number) {
+    if (number < are_named_.size()) are_named_[number] = true;
+  }
+  // INVALID_ARGUMENT for one that no cloth has named.
+  Status Check(const FieldPath& path) const {
+    const auto unnamed = std::ranges::find(are_named_, false);
+    if (unnamed == are_named_.end()) return Status::Ok();
+    const auto number = static_cast<size_t>(unnamed - are_named_.begin());
+    return Status::InvalidField(path.At(number).ToString(), "is of no cloth of the snapshot");
+  }
+
+ private:
+  std::vector<bool> are_named_;
+};
+
 }  // namespace
 
 Result<std::vector<SavedCloth>> ReadSnapshot(std::string_view bytes, const SnapshotTarget& target) {
-  SnapshotReader reader(bytes);
+  SnapshotReader reader(bytes, target.limits.max_parsed_bytes());
   DRAPE_RETURN_IF_ERROR(reader.Begin());
   v1::SnapshotHeader header;
   DRAPE_RETURN_IF_ERROR(reader.Read(header));
@@ -269,15 +311,20 @@ Result<std::vector<SavedCloth>> ReadSnapshot(std::string_view bytes, const Snaps
     DRAPE_ASSIGN_OR_RETURN(auto map, ToMap(k, message, target));
     shared.maps.push_back(std::move(map));
   }
+  NamedObjects models(shared.models.size()), maps(shared.maps.size());
   std::vector<SavedCloth> cloths;
   for (uint32_t k = 0; k < header.cloths(); ++k) {
     v1::ClothSnapshot message;
     DRAPE_RETURN_IF_ERROR(target.stop_reason());
     DRAPE_RETURN_IF_ERROR(reader.Read(message));
     DRAPE_ASSIGN_OR_RETURN(SavedCloth cloth, ToCloth(k, message, shared, target));
+    models.Name(message.model());
+    for (const uint32_t mesh : message.collider_meshes()) maps.Name(mesh);
     cloths.push_back(std::move(cloth));
   }
   DRAPE_RETURN_IF_ERROR(reader.End());
+  DRAPE_RETURN_IF_ERROR(models.Check("models"));
+  DRAPE_RETURN_IF_ERROR(maps.Check("meshes"));
   return cloths;
 }
 

@@ -8,8 +8,8 @@
 #include "server/api/build_queue.h"
 #include "server/api/limits.h"
 #include "server/core/status.h"
-#include "server/session/distance_map_cache.h"
 #include "server/session/saved_states.h"
+#include "server/session/session.h"
 #include "server/solver/backend.h"
 
 namespace drape::api {
@@ -19,13 +19,14 @@ struct SnapshotTarget {
   const BackendDescription& backend;
   const RequestLimits& limits;
   const StopReason& stop_reason;
-  DistanceMapCache& maps;
+  Session& session;
   bool is_inexact = false;  // another build, backend or device is accepted
 };
 
-// Seconds of work: builder threads. The ids are the former ones; plans and charges are open.
-// INVALID_ARGUMENT (SNAPSHOT_DAMAGED; INVALID_FIELDS: "cloths[2].runtime.pins[0]"),
-// FAILED_PRECONDITION (SNAPSHOT_TOO_NEW, OTHER_BUILD), the stop reason.
+// Seconds of work: builder threads. The ids are the former ones; plans are open. Models and maps
+// count for the session as soon as they are read. INVALID_ARGUMENT (SNAPSHOT_DAMAGED;
+// INVALID_FIELDS: "cloths[2].runtime.pins[0]"), FAILED_PRECONDITION (SNAPSHOT_TOO_NEW,
+// OTHER_BUILD), RESOURCE_EXHAUSTED (QUOTA_EXCEEDED, REQUEST_TOO_LARGE), the stop reason.
 Result<std::vector<SavedCloth>> ReadSnapshot(std::string_view bytes, const SnapshotTarget& target);
 
 }  // namespace drape::api

@@ -1,8 +1,11 @@
 #include "server/api/snapshot_records.h"
 
+#include <google/protobuf/io/zero_copy_stream_impl_lite.h>
+
 #include <cstring>
 #include <limits>
 
+#include "server/api/parsed_size.h"
 #include "server/api/sha256.h"
 
 namespace drape::api {
@@ -32,6 +35,16 @@ std::string HashOf(uint64_t record, std::string_view length, std::string_view me
   hash.Add(length);
   hash.Add(message);
   return hash.Finish();
+}
+
+// RESOURCE_EXHAUSTED if the message would take more.
+Status CheckParsedSize(const google::protobuf::Message& type, std::string_view text,
+                       uint64_t most_bytes) {
+  google::protobuf::io::ArrayInputStream stream(text.data(), static_cast<int>(text.size()));
+  if (ParsedSize_bytes(*type.GetDescriptor(), stream, most_bytes) <= most_bytes) {
+    return Status::Ok();
+  }
+  return RequestTooLarge(most_bytes);
 }
 
 }  // namespace
@@ -64,7 +77,7 @@ Status SnapshotReader::Begin() {
   return Status::Ok();
 }
 
-Status SnapshotReader::Read(google::protobuf::MessageLite& message) {
+Status SnapshotReader::Read(google::protobuf::Message& message) {
   const std::string place = "record " + std::to_string(records_);
   if (rest_.size() < kHeadBytes) return SnapshotDamaged("it ends before " + place);
   const std::string_view length = rest_.substr(0, kLengthBytes);
@@ -76,6 +89,9 @@ Status SnapshotReader::Read(google::protobuf::MessageLite& message) {
   const std::string_view text = rest_.substr(kHeadBytes, bytes);
   if (HashOf(records_, length, text) != hash) {
     return SnapshotDamaged(place + " differs from what was written");
+  }
+  if (most_parsed_bytes_ < std::numeric_limits<uint64_t>::max() - 2 * bytes) {
+    DRAPE_RETURN_IF_ERROR(CheckParsedSize(message, text, most_parsed_bytes_ + 2 * bytes));
   }
   if (!message.ParseFromArray(text.data(), static_cast<int>(text.size()))) {
     return SnapshotDamaged(place + " is no " + message.GetTypeName());

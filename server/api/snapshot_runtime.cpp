@@ -135,6 +135,12 @@ std::shared_ptr<const StepImpulses> CheckImpulses(const FieldPath& path,
                                                   const v1::RuntimeSnapshot::SleepReport& message,
                                                   const RuntimeOwner& owner,
                                                   Violations& violations) {
+  // Each of them is looked for among the grips with every step.
+  if (!violations.CountInRange(path.Child("gripped_particles"),
+                               static_cast<uint64_t>(message.gripped_particles_size()), 0,
+                               owner.on_device.max_grips)) {
+    return nullptr;
+  }
   auto impulses = std::make_shared<StepImpulses>();
   impulses->colliders.resize(owner.on_device.colliders.size());
   impulses->pins_n_s.resize(owner.model.pin_count());
@@ -144,7 +150,8 @@ std::shared_ptr<const StepImpulses> CheckImpulses(const FieldPath& path,
   const size_t vectors =
       2 * impulses->colliders.size() + impulses->pins_n_s.size() + impulses->grips_n_s.size();
   if (vectors > 0 && message.impulses_n_s().empty()) return nullptr;
-  if (!violations.Length(path, static_cast<size_t>(message.impulses_n_s_size()), 3 * vectors,
+  if (!violations.Length(path.Child("impulses_n_s"),
+                         static_cast<size_t>(message.impulses_n_s_size()), 3 * vectors,
                          "3 per vector")) {
     return nullptr;
   }
@@ -182,7 +189,7 @@ StepReport CheckReport(const FieldPath& path, const v1::RuntimeSnapshot::SleepRe
   }
   report.converged = message.converged();
   report.is_asleep = is_asleep;
-  report.impulses = CheckImpulses(path.Child("impulses_n_s"), message, owner, violations);
+  report.impulses = CheckImpulses(path, message, owner, violations);
   return report;
 }
 

@@ -98,6 +98,7 @@ Status ImportReactor::Begin(const v1::ImportClothsRequest::Begin& begin) {
   DRAPE_ASSIGN_OR_RETURN(SessionLease session, context_.FindSession(caller_, begin.session()));
   DRAPE_ASSIGN_OR_RETURN(held_,
                          session->saved_budget().Take(session->owner(), begin.total_bytes()));
+  bytes_.reserve(begin.total_bytes());  // no more than counts: it would grow by doubling
   session_ = std::move(session);
   begin_ = begin;
   return Status::Ok();
@@ -117,7 +118,7 @@ void ImportReactor::Import() {
         if (!status.ok()) return End(status);
         Result<std::vector<SavedCloth>> cloths =
             ReadSnapshot(bytes_, {context_.scheduler.description(), context_.limits, stop_reason,
-                                  session_->maps(), begin_.inexact()});
+                                  *session_, begin_.inexact()});
         if (!cloths.ok()) return End(cloths.status());
         Create(std::move(*cloths));
       });

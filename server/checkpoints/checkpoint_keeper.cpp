@@ -122,7 +122,7 @@ Status CheckpointKeeper::RecoverSession(const std::string& bytes) {
   head.session.checkpoint_unix_s = head.stamp.written_unix_s;
   const api::StopReason never = [] { return Status::Ok(); };
   DRAPE_ASSIGN_OR_RETURN(SessionLease session, sessions_.Return(head.session));
-  api::SnapshotTarget target{scheduler_.description(), limits_, never, session->maps(), false};
+  api::SnapshotTarget target{scheduler_.description(), limits_, never, *session, false};
   Result<std::vector<SavedCloth>> cloths = api::ReadSnapshot(head.snapshot, target);
   const bool is_exact = cloths.ok() || cloths.status().reason() != "OTHER_BUILD";
   if (!is_exact) {

@@ -122,6 +122,12 @@ class Session : public std::enable_shared_from_this<Session> {
   RequestMemory& request_memory() { return request_memory_; }
   // Shared by the sessions of its tenant.
   DistanceMapCache& maps() { return *maps_; }
+  // The model, and the maps, count for the session while the charges live, also before a cloth has
+  // them. RESOURCE_EXHAUSTED (QUOTA_EXCEEDED).
+  Result<SharedModel> ShareModel(std::shared_ptr<const SceneModel> model) {
+    return commons_->models.Share(owner(), std::move(model));
+  }
+  Result<MapCharges> ChargeMaps(const DistanceMapSet& maps) { return map_quota_->Charge(maps); }
 
   // Creates all the copies or none. RESOURCE_EXHAUSTED (QUOTA_EXCEEDED) names the limit;
   // RESOURCE_EXHAUSTED of the backend when the device is full. INVALID_ARGUMENT for cloths that

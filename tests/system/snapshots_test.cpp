@@ -379,6 +379,11 @@ TEST_F(SnapshotBytes, WhatCannotBeOfAClothIsRefused) {
   EXPECT_EQ(
       refused([](Cloth& c, Parts&) { c.mutable_runtime()->mutable_sleep()->set_wants_look(true); }),
       "cloths[1].runtime.sleep");
+  EXPECT_EQ(refused([](Cloth& c, Parts&) {
+              auto* report = c.mutable_runtime()->mutable_sleep()->mutable_report();
+              for (int k = 0; k < 2; ++k) report->add_gripped_particles(0);  // max_grips is 1
+            }),
+            "cloths[1].runtime.sleep.report.gripped_particles");
   EXPECT_EQ(refused([](Cloth& c, Parts&) { c.mutable_runtime()->set_base_steps(3); }),
             "cloths[1].runtime.base_steps");
   EXPECT_EQ(refused([](Cloth& c, Parts&) { c.mutable_spec()->mutable_pins()->RemoveLast(); }),

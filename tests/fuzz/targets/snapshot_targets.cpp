@@ -100,7 +100,7 @@ class World {
   // Another build's too: the seeds stay good.
   Result<std::vector<SavedCloth>> Read(const std::string& bytes) {
     const api::StopReason never = [] { return Status::Ok(); };
-    return api::ReadSnapshot(bytes, {backend(), limits_, never, maps_, true});
+    return api::ReadSnapshot(bytes, {backend(), limits_, never, *reader_, true});
   }
   std::string Write(const SavedStates& saved) {
     return api::WriteSnapshot(saved, backend(), "fuzz").value();
@@ -141,14 +141,15 @@ class World {
     limits_.max_cloths_per_request = 64;
     scheduler_ = Scheduler::Start(FakeBackendFactory(device_), {}, clock_).value();
     registry_ = std::make_unique<SessionRegistry>(*scheduler_, SessionLimits{}, clock_, "fuzz");
+    reader_ = registry_->Create(std::nullopt, "fuzz").value();
   }
 
   std::shared_ptr<FakeDevice> device_ = std::make_shared<FakeDevice>();
   SteadyClock clock_;
   api::RequestLimits limits_;
-  DistanceMapCache maps_;
   std::unique_ptr<Scheduler> scheduler_;
   std::unique_ptr<SessionRegistry> registry_;
+  SessionLease reader_;  // for whom snapshots are read
 };
 
 // What was read is written as the same bytes, and those are read as the same again.
