@@ -13,7 +13,7 @@ namespace drape::test {
 
 std::map<uint64_t, std::string> WholesIn(const std::string& snapshot) {
   api::SnapshotReader reader(snapshot);
-  const auto read = [&](google::protobuf::MessageLite& message) {
+  const auto read = [&](google::protobuf::Message& message) {
     const Status status = reader.Read(message);
     if (!status.ok()) throw std::runtime_error(status.ToString());
   };
