@@ -27,7 +27,6 @@
 #include "server/solver/update_check.h"
 
 namespace drape {
-
 namespace {
 
 using Eigen::Vector3d;
@@ -56,7 +55,6 @@ class GlBackend final : public DeviceBackend {
     return {.name = "gl",
             .device = device,
             .arithmetic = device,
-            .scalar = ScalarType::kFloat32,
             .is_hardware_gpu = !context.is_software(),
             .can_step = KernelsCanStep,
             .plan_of = KernelPlan,
