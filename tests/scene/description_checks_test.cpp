@@ -191,16 +191,17 @@ std::vector<BadDescription> BadMeshes() {
          }
        }),
        "mesh.triangles", "vertex 0 has 1770 triangles; at most 1024"},
-      {"two hubs at one place", GoodMesh, OnMesh([](auto& m) {
+      {"two hubs that become one", GoodMesh, OnMesh([](auto& m) {
          m = {};
          for (const uint32_t hub : {0u, 41u}) {
-           m.positions_m.emplace_back(0, 1, 0);
+           m.positions_m.emplace_back(1e-4 * hub, 1, 0);
            for (uint32_t k = 1; k <= 40; ++k) {
              const double angle = 0.07 * (hub + k);
              m.positions_m.emplace_back(std::cos(angle), 0, std::sin(angle));
              for (uint32_t l = 1; l < k; ++l) m.triangles.push_back({hub, hub + k, hub + l});
            }
          }
+         m.triangles.push_back({0, 41, 1});
        }),
        "mesh.triangles", "particle 0 has 1560 triangles; at most 1024"},
       {"five fans", GoodMesh, OnMesh([](auto& m) {
