@@ -30,7 +30,8 @@ double RandomJitter() {
   return std::uniform_real_distribution<double>(0, kJitter)(random);
 }
 
-// There was no connection: no server has seen the request. As gRPC (1.51 and newer) begins to say.
+// There was no connection: no server has seen the request. So the messages of gRPC begin, 1.51 and
+// newer.
 bool IsUnsent(const ErrorDetails& details) {
   if (!details.reason.empty()) return false;
   for (const char* start :

@@ -228,6 +228,18 @@ TopologyFields FieldsOf(const Topology& topology) {
           "particles.springs"};
 }
 
+// "particle 3 has 1025 springs; at most 1024", of the particle, or vertex, that has most. Whether
+// it is legal.
+bool CheckLargest(std::string_view field, const std::vector<uint32_t>& degrees, uint32_t max_degree,
+                  std::string_view subject, std::string_view what, Violations& violations) {
+  const auto largest = std::max_element(degrees.begin(), degrees.end());
+  if (largest == degrees.end() || *largest <= max_degree) return true;
+  violations.Add(FieldPath(field),
+                 fmt::format("{} {} has {} {}; at most {}", subject, largest - degrees.begin(),
+                             *largest, what, max_degree));
+  return false;
+}
+
 // `connections`: distance constraints or springs.
 template <class Connection>
 void CheckDegrees(std::string_view field, const std::vector<Connection>& connections,
@@ -238,11 +250,7 @@ void CheckDegrees(std::string_view field, const std::vector<Connection>& connect
     ++degrees[connection.i];
     ++degrees[connection.j];
   }
-  const auto largest = std::max_element(degrees.begin(), degrees.end());
-  if (largest == degrees.end() || *largest <= max_degree) return;
-  violations.Add(FieldPath(field),
-                 fmt::format("particle {} has {} {}; at most {}", largest - degrees.begin(),
-                             *largest, what, max_degree));
+  CheckLargest(field, degrees, max_degree, "particle", what, violations);
 }
 
 // The triangles at one particle, and the sum of their squares: how many pairs of triangles meet at
@@ -255,11 +263,7 @@ void CheckTriangles(const ParticleSystem& system, uint32_t max_degree, Violation
   for (const auto& triangle : system.triangles) {
     for (const uint32_t vertex : triangle) ++degrees[vertex];
   }
-  const auto largest = std::max_element(degrees.begin(), degrees.end());
-  if (largest == degrees.end()) return;
-  if (*largest > max_degree) {
-    violations.Add("mesh.triangles", fmt::format("particle {} has {} triangles; at most {}",
-                                                 largest - degrees.begin(), *largest, max_degree));
+  if (!CheckLargest("mesh.triangles", degrees, max_degree, "particle", "triangles", violations)) {
     return;
   }
   uint64_t pairs = 0;
@@ -279,10 +283,7 @@ void CheckDrawnTriangles(const TriangleMesh& mesh, uint32_t max_degree, Violatio
     if (i == j || j == k || k == i) continue;  // has no area
     for (const uint32_t vertex : {i, j, k}) ++degrees[vertex];
   }
-  const auto largest = std::max_element(degrees.begin(), degrees.end());
-  if (largest == degrees.end() || *largest <= max_degree) return;
-  violations.Add("mesh.triangles", fmt::format("vertex {} has {} triangles; at most {}",
-                                               largest - degrees.begin(), *largest, max_degree));
+  CheckLargest("mesh.triangles", degrees, max_degree, "vertex", "triangles", violations);
 }
 
 // The limit is that of springs, for the same reason.
@@ -294,11 +295,8 @@ void CheckElasticDegrees(const ParticleSystem& system, uint32_t max_degree,
       if (element.weights[k] != 0) ++degrees[element.particles[k]];
     }
   }
-  const auto largest = std::max_element(degrees.begin(), degrees.end());
-  if (largest == degrees.end() || *largest <= max_degree) return;
-  violations.Add("material.bending_rigidity_n_m",
-                 fmt::format("particle {} has {} elastic elements of bending; at most {}",
-                             largest - degrees.begin(), *largest, max_degree));
+  CheckLargest("material.bending_rigidity_n_m", degrees, max_degree, "particle",
+               "elastic elements of bending", violations);
 }
 
 }  // namespace

@@ -29,10 +29,9 @@ struct SpringEnd {
 struct ModelLimits {
   uint32_t max_particles = 1u << 20;
   uint32_t max_constraints = 1u << 23;  // of distance constraints, of springs, and of joints
-  // Distance constraints of one particle, springs, joints, and triangles of one. Bounds the colours
-  // (2
-  // * max_degree - 1), and with them the dependent phases of a sweep: a star of a million edges
-  // would occupy the device for all sessions.
+  // Distance constraints of one particle, springs, joints, and triangles of one. Bounds the
+  // colours, 2 max_degree - 1, and with them the dependent phases of a sweep: a star of a million
+  // edges would occupy the device for all sessions.
   uint32_t max_degree = 1024;
 };
 

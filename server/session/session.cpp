@@ -171,17 +171,21 @@ void Session::Close(std::function<void(Status)> done) {
   FreeOnDevice(std::move(cloths), std::move(done));
 }
 
+bool Session::Free(ClothList cloths, uint64_t count, uint64_t particles,
+                   std::function<void()> answer) {
+  return FreeInSlices(commons_->scheduler, owner(), std::move(cloths),
+                      [self = shared_from_this(), count, particles, answer](Backend&) {
+                        self->ReleaseQuota(count, particles);
+                        self->commons_->scheduler.Complete(answer);
+                      });
+}
+
 void Session::FreeOnDevice(ClothList cloths, std::function<void(Status)> done) {
-  const size_t count = cloths.size();
-  const uint64_t particles = ParticleTotal(cloths);
-  const bool is_taken =
-      FreeInSlices(commons_->scheduler, owner(), std::move(cloths),
-                   [self = shared_from_this(), count, particles, done](Backend&) {
-                     self->ReleaseQuota(count, particles);
-                     self->commons_->scheduler.Complete([done] { done(Status::Ok()); });
-                   });
+  const uint64_t count = cloths.size(), particles = ParticleTotal(cloths);
   // The backend and its cloths no longer exist. They may be in the last checkpoint, and come back.
-  if (!is_taken) done(DrainingStatus());
+  if (!Free(std::move(cloths), count, particles, [done] { done(Status::Ok()); })) {
+    done(DrainingStatus());
+  }
 }
 
 }  // namespace drape

@@ -254,7 +254,11 @@ class Session : public std::enable_shared_from_this<Session> {
   Status Adopt(std::vector<SavedCloth>& cloths);
   Result<std::vector<LoadPair>> PairsOf(const SavedStates& saved, std::span<const ClothId> into,
                                         std::span<const ClothId> from) const;
-  // Posts a command that frees the cloths on the device, and returns the quota.
+  // Frees the cloths on the device, then this much of the quota, then calls `answer` on the
+  // completion thread. False after Drain: it calls nothing.
+  [[nodiscard]] bool Free(ClothList cloths, uint64_t count, uint64_t particles,
+                          std::function<void()> answer);
+  // The same for cloths that count, with the outcome.
   void FreeOnDevice(ClothList cloths, std::function<void(Status)> done);
 
   const std::shared_ptr<SessionCommons> commons_;

@@ -80,16 +80,13 @@ void Session::CreateCloths(ClothCreation creation,
   const auto finish = [self = shared_from_this(), maker, start = std::move(start), done, cloths,
                        particles](Backend&, const Status& status) {
     Result<CreatedCloths> answer = self->PublishMade(*maker, status);
-    Scheduler& scheduler = self->commons_->scheduler;
     if (answer.ok()) {
       answer->start = start;
-      return scheduler.Complete([done, answer = std::move(answer)] { done(answer); });
+      return self->commons_->scheduler.Complete(
+          [done, answer = std::move(answer)] { done(answer); });
     }
     const bool is_taken =
-        FreeInSlices(scheduler, self->owner(), maker->TakeMade(), [=, &scheduler](Backend&) {
-          self->ReleaseQuota(cloths, particles);
-          scheduler.Complete([done, answer] { done(answer); });
-        });
+        self->Free(maker->TakeMade(), cloths, particles, [done, answer] { done(answer); });
     DRAPE_CHECK(is_taken, "the device thread takes commands as long as it runs one");
   };
   const Status status = RunInSlices(

@@ -10,7 +10,8 @@
 
 namespace drape {
 
-// Every cloth gets its quota, the shared model of equal content, and the plan of this backend.
+// Every cloth gets its quota, the shared model of equal content, and the plan of this backend,
+// wherever it was saved. What ReadSnapshot has charged already is found.
 Status Session::Adopt(std::vector<SavedCloth>& cloths) {
   DistanceMapSet maps;
   for (const SavedCloth& cloth : cloths) Insert(cloth.description->parameters.colliders, maps);
@@ -125,15 +126,12 @@ void Session::Import(std::vector<SavedCloth> cloths, bool keeps_ids,
           self->JoinWorlds(maker->made());
           for (const auto& cloth : maker->made()) answer->push_back(cloth->id);
         }
-        Scheduler& scheduler = self->commons_->scheduler;
         if (answer.ok()) {
-          return scheduler.Complete([done, answer = std::move(answer)] { done(answer); });
+          return self->commons_->scheduler.Complete(
+              [done, answer = std::move(answer)] { done(answer); });
         }
         const bool is_taken =
-            FreeInSlices(scheduler, self->owner(), maker->TakeMade(), [=, &scheduler](Backend&) {
-              self->ReleaseQuota(count, particles);
-              scheduler.Complete([done, answer] { done(answer); });
-            });
+            self->Free(maker->TakeMade(), count, particles, [done, answer] { done(answer); });
         DRAPE_CHECK(is_taken, "the device thread takes commands as long as it runs one");
       });
   if (status.ok()) return;
