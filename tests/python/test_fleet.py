@@ -112,6 +112,7 @@ class Names:
             self._socket.sendto(head + query[12:end] + (record if is_a else b""), sender)
 
 
+@pytest.mark.full  # needs HAProxy
 def test_a_server_may_get_another_address(tmp_path):
     names = Names("127.0.0.2")
     text = (ROOT / "docker/fleet/haproxy.cfg").read_text()
