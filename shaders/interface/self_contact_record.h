@@ -13,7 +13,7 @@ namespace drape::shader {
 // others nothing (both ends equal). The first child comes next, the second one after all below it.
 #define DRAPE_CONTACT_NODE_WORDS 7
 // Words of the state of the contacts in Scratch, which the kernels of a step pass on.
-#define DRAPE_CONTACT_STATE_WORDS 7
+#define DRAPE_CONTACT_STATE_WORDS 8
 // Words of a box of positions and one of velocities.
 #define DRAPE_CONTACT_BOX_WORDS 12
 // Words of a pair: its four particles, flags, the distance at which it touches [m], normal xyz,

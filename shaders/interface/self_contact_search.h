@@ -14,6 +14,11 @@
 #define DRAPE_CONTACT_DRIFT_EDGE 0.05
 #define DRAPE_CONTACT_DRIFT_FALL 0.5
 
+// Substeps given up one after the other before the rest of the step is [-]. The first may be given
+// up because of how fast its particles move; then all move alike, the second begins with what no
+// later one will change, and nobody has to look again before the next step.
+#define DRAPE_CONTACT_MOST_GIVEN_UP 2
+
 // The sine of the angle by which a normal has to lean over a neighbouring triangle for that to
 // cover the pair [-]. Larger: pairs hinder what slides; smaller: rounding could leave a vertex
 // above an edge without any pair.

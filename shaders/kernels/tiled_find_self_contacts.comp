@@ -64,11 +64,16 @@ void main() {
   if (substep_index == 0u) {
     substeps_left = 0u;
     drift_scale = 1.0;
+    given_up = 0u;
   } else {
     LoadContactState();
   }
   EndPhase();
-  if (substeps_left == 0u) {
+  if (substeps_left == 0u && given_up == uint(DRAPE_CONTACT_MOST_GIVEN_UP)) {
+    pair_count = 0u;
+    has_all_pairs = false;
+    substeps_left = 1u;
+  } else if (substeps_left == 0u) {
     SearchAhead(cloth.step.substeps - substep_index);
   } else {
     ++since_search;

@@ -322,7 +322,7 @@ void Guard() {
     if (purpose == kForMore) {
       float drifted = DriftOfAll();
       if (drifted < 0.0) return;  // the cloth will be faulted
-      has_drifted = drifted > drift;
+      has_drifted = drifted > drift && given_up < uint(DRAPE_CONTACT_MOST_GIVEN_UP);
       if (has_drifted && search_round <= kMostSearches && !IsOutOfPasses()) {
         drift_scale = min(drift_scale * kDriftGrowth, kMaxDriftScale);
         SearchWays();
@@ -370,6 +370,8 @@ void Guard() {
     if (change != 0u) ChangeZones(change);
     if (change == kToEnd) TestZones();
     if (change == kAsOne) substeps_left = 0u;
+    if (change == kAsOne && !has_all_pairs) given_up = min(given_up + 1u, uint(DRAPE_CONTACT_MOST_GIVEN_UP));
+    if (turns_for == kForStops) given_up = 0u;
     if (change == kAsOne || turns_for == kForStops) return;
   }
 }

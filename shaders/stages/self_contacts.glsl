@@ -54,6 +54,7 @@ uint since_search;    // substeps
 bool has_all_pairs;   // of the last search
 float drift;          // that it allows for [m]
 float drift_scale;    // [-]
+uint given_up;        // substeps, one after the other, of which not all pairs were found
 uint turn_count;      // of the pairs of this substep
 
 void LoadContactState() {
@@ -65,6 +66,7 @@ void LoadContactState() {
   drift = uintBitsToFloat(scratch_words[word + 4u]);
   drift_scale = uintBitsToFloat(scratch_words[word + 5u]);
   turn_count = scratch_words[word + 6u];
+  given_up = scratch_words[word + 7u];
 }
 
 // In uniform control flow; all invocations have read the state before.
@@ -78,6 +80,7 @@ void StoreContactState() {
   scratch_words[word + 4u] = floatBitsToUint(drift);
   scratch_words[word + 5u] = floatBitsToUint(drift_scale);
   scratch_words[word + 6u] = turn_count;
+  scratch_words[word + 7u] = given_up;
 }
 
 vec3 Start(uint i) { return ScratchVector(contact.starts + 3u * i); }

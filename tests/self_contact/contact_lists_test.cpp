@@ -44,7 +44,7 @@ struct Play {
   explicit Play(const Scene& scene)
       : surface(*scene.model), starts(As<V>(Folded(*scene.model, 3, 0.35, 0.003, 4))) {
     inverse_masses.assign(starts.size(), 1);
-    lists.Begin(surface, Real(kThickness), Real(0.06), is_crossing, 1u << 24);
+    lists.Begin(surface, Real(kThickness), Real(0.06), is_crossing, 1u << 24, budget);
     lists.Replace(AllPatchPairs(surface));
   }
 
@@ -107,6 +107,7 @@ struct Play {
   std::vector<V> starts, ends;
   std::vector<Real> inverse_masses;
   std::vector<bool> is_crossing;
+  self_contact::SearchBudget budget = Unlimited();
   ContactLists<V> lists;
   std::vector<uint32_t> active;
   std::set<PairName> names;
@@ -161,8 +162,9 @@ TYPED_TEST(ContactListsTest, TheGuardFindsWhatWasActiveInAnEarlierSubstep) {
     });
     for (const PatchPair& patches : AllPatchPairs(surface)) {
       if (patches.first == patches.second) continue;
+      self_contact::SearchBudget budget = Unlimited();
       ContactLists<V> lists;
-      lists.Begin(surface, Real(kThin), Real(0.06), is_crossing, 1u << 24);
+      lists.Begin(surface, Real(kThin), Real(0.06), is_crossing, 1u << 24, budget);
       lists.Replace(std::array{patches});
       std::vector<bool> moves(starts.size(), false);
       for (const uint32_t i : surface.corners_of(surface.patches()[patches.second])) {
@@ -234,7 +236,8 @@ TYPED_TEST(ContactListsTest, StopAtTheLimit) {
   for (const size_t most : {size_t{100}, size_t{1} << 24}) {
     ContactLists<V> lists;
     const std::vector<bool> is_crossing;
-    lists.Begin(surface, Real(0.1), Real(0.06), is_crossing, most);
+    self_contact::SearchBudget budget = Unlimited();
+    lists.Begin(surface, Real(0.1), Real(0.06), is_crossing, most, budget);
     lists.Replace(AllPatchPairs(surface));
     EXPECT_EQ(lists.FindDue(crumpled, {}), most > 100);
     EXPECT_GT(lists.pairs().size(), 100u);
@@ -251,8 +254,9 @@ TYPED_TEST(ContactListsTest, NothingIsLostWhereThereWasNoRoom) {
   const std::vector<PatchPair> all = AllPatchPairs(surface);
   const std::span<const PatchPair> some = std::span(all).first(all.size() / 2);
   const std::vector<bool> is_crossing;
+  self_contact::SearchBudget budget = Unlimited();
   const auto begin = [&](ContactLists<V>& lists, size_t most_pairs) {
-    lists.Begin(surface, Real(0.02), Real(0.06), is_crossing, most_pairs);
+    lists.Begin(surface, Real(0.02), Real(0.06), is_crossing, most_pairs, budget);
   };
   const auto find = [&](ContactLists<V>& lists) {
     lists.MeasureWays([](uint32_t i) { return V{Real(i % 2 == 0 ? 0.01 : -0.01), 0, 0, 0}; });
@@ -272,6 +276,17 @@ TYPED_TEST(ContactListsTest, NothingIsLostWhereThereWasNoRoom) {
   lists.Replace(some);
   ASSERT_TRUE(find(lists));
   EXPECT_EQ(lists.due().size(), due);
+
+  // The same where there was too much to look at, and in the next substep there is not.
+  ContactLists<V> others;
+  begin(others, 1u << 24);
+  others.Replace(some);
+  budget = self_contact::SearchBudget(1000);
+  EXPECT_FALSE(find(others));
+  EXPECT_TRUE(budget.is_spent());
+  budget = Unlimited();
+  ASSERT_TRUE(find(others));
+  EXPECT_EQ(others.due().size(), due);
 }
 
 }  // namespace

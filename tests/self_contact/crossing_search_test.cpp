@@ -11,8 +11,10 @@ namespace drape::test {
 namespace {
 
 using self_contact::FindCrossings;
+using self_contact::FlagCrossings;
 using self_contact::FromVector;
 using self_contact::MeasureSelfContacts;
+using self_contact::SearchBudget;
 using self_contact::Vector3d;
 
 TEST(CrossingSearch, FindsAllAndOnlyThose) {
@@ -41,6 +43,35 @@ TEST(CrossingSearch, FindsAllAndOnlyThose) {
     }
   }
   EXPECT_GT(total, 1000u);
+}
+
+TEST(CrossingSearch, FlagsTheParticlesOfWhatCrosses) {
+  const Scene scene = Grid(25, 11, 2, 0.9);
+  const ContactSurface surface(*scene.model);
+  auto positions = Folded(*scene.model, 0, 1, 0, 7);
+  for (Vector3d& p : positions) {
+    if (p[0] < 0.5) p = Vector3d{0.9 - p[0], 0.1 - 0.4 * p[0], 0.7 * p[2], 0};
+  }
+  std::vector<bool> expected(positions.size(), false);
+  for (const auto& [edge, triangle] : FindCrossings(surface, positions)) {
+    for (const uint32_t i : surface.edges()[edge]) expected[i] = true;
+    for (const uint32_t i : surface.triangles()[triangle]) expected[i] = true;
+  }
+  const auto crossing = std::count(expected.begin(), expected.end(), true);
+  ASSERT_GT(crossing, 10);
+  ASSERT_LT(crossing, std::ssize(expected) - 10);
+  EXPECT_EQ(FlagCrossings(surface, positions), expected);
+  EXPECT_TRUE(FlagCrossings(surface, Folded(*scene.model, 0, 1, 0, 7)).empty());
+}
+
+// Where a search is given up nothing is known of any particle.
+TEST(CrossingSearch, FlagsAllWhereItIsGivenUp) {
+  const Scene scene = Grid(15, 11, 1, 0.7);
+  const ContactSurface surface(*scene.model);
+  const auto flat = Folded(*scene.model, 0, 1, 0, 7);
+  const std::vector<bool> all(flat.size(), true);
+  EXPECT_EQ(FlagCrossings(surface, flat, SearchBudget(200)), all);
+  EXPECT_TRUE(FlagCrossings(surface, flat, SearchBudget(1 << 20)).empty());
 }
 
 // Two halves of a sheet, one flat above the other.

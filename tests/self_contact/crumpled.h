@@ -4,15 +4,21 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <map>
 #include <random>
 #include <vector>
 
 #include "server/solver/self_contact/contact_surface.h"
 #include "server/solver/self_contact/patch_search.h"
+#include "server/solver/self_contact/search_budget.h"
 #include "tests/support/scenes.h"
 
 namespace drape::test {
+
+inline self_contact::SearchBudget Unlimited() {
+  return self_contact::SearchBudget(std::numeric_limits<size_t>::max());
+}
 
 // The particles of a sheet, pushed together along x until it has `folds` folds, of this height, and
 // shaken by `noise_m`.

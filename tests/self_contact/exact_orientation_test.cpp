@@ -69,5 +69,25 @@ TEST(ExactOrientation, AnEdgeCrossesATriangleOrItsBorderButNotBeside) {
   EXPECT_FALSE(Crosses(Point(-1, 0.2, 0), Point(1, 0.2, 0), a, b, c));
 }
 
+TEST(ExactOrientation, CountsTheSignsThatRoundingHides) {
+  const auto exact = [](const Point& p, const Point& q, const Point& a, const Point& b,
+                        const Point& c, bool crosses) {
+    uint32_t count = 0;
+    EXPECT_EQ(Crosses(p, q, a, b, c, count), crosses);
+    return count;
+  };
+  const Point a(0, 0, 0), b(1, 0, 1), c(0, 1, 1);
+  EXPECT_EQ(exact(Point(0.25, 0.25, 0), Point(0.25, 0.25, 2), a, b, c, true), 0u);
+  EXPECT_EQ(exact(Point(0.25, 0.25, 0), Point(0.5, 0.25, 0.5), a, b, c, false), 0u);
+  // In the plane z = x + y, then in one across an axis, which needs no exact sign.
+  EXPECT_EQ(exact(Point(0.25, 0.25, 0.5), Point(0.5, 0.25, 0.75), a, b, c, false), 1u);
+  EXPECT_EQ(exact(Point(0.25, 3, 0.5), Point(0.5, 3, 0.75), Point(0, 3, 0), Point(1, 3, 0),
+                  Point(0, 3, 1), false),
+            0u);
+  // From one side to the other, through a border.
+  EXPECT_EQ(exact(Point(0.5, 0, -1), Point(0.5, 0, 2), a, b, c, true), 0u);
+  EXPECT_EQ(exact(Point(0.25, 0, 0.75), Point(0.75, 0, 0.25), a, b, c, true), 0u);
+}
+
 }  // namespace
 }  // namespace drape::test

@@ -36,7 +36,8 @@ TYPED_TEST(PairSearchTest, FindsWhatIsNear) {
         const auto exact = Folded(*scene.model, folds, folds > 0 ? 0.35 : 1.0, noise, 4);
         const std::vector<V> rounded = As<V>(exact);
         PairSearch<V> search;
-        search.Begin(surface, rounded, Real(kThickness));
+        self_contact::SearchBudget budget = Unlimited();
+        search.Begin(surface, rounded, Real(kThickness), budget);
         std::map<PairName, Real> found;
         std::map<PatchPair, Real> gaps, others;
         for (uint32_t p = 0; p < surface.patches().size(); ++p) {
@@ -103,7 +104,8 @@ TYPED_TEST(PairSearchTest, NoGapIsLargerThanAcrossSmallFolds) {
     }
     const std::vector<V> rounded = As<V>(exact);
     PairSearch<V> search;
-    search.Begin(surface, rounded, Real(0.01));
+    self_contact::SearchBudget budget = Unlimited();
+    search.Begin(surface, rounded, Real(0.01), budget);
     std::map<PatchPair, Real> gaps;
     for (const ContactNeighbours& pair : surface.neighbours()) {
       gaps[{pair.first, pair.second}] = search.Gap({pair.first, pair.second});

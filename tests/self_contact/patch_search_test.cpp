@@ -13,6 +13,7 @@ namespace {
 using self_contact::PairKind;
 using self_contact::PatchPair;
 using self_contact::PatchSearch;
+using self_contact::SearchState;
 using self_contact::Vector3d;
 using self_contact::Vector3f;
 
@@ -42,8 +43,9 @@ TYPED_TEST(PatchSearchTest, MissesNoPairThatTouchesOnTheWay) {
         const std::vector<V> rounded = As<V>(exact), rounded_velocities = As<V>(velocities);
         PatchSearch<V> search;
         std::vector<PatchPair> found;
+        self_contact::SearchBudget budget = Unlimited();
         search.Find(surface, {rounded, rounded_velocities, Real(kDuration), Real(1e-4)},
-                    Real(kThickness), found);
+                    Real(kThickness), budget, found);
         EXPECT_TRUE(std::is_sorted(found.begin(), found.end()));
         EXPECT_EQ(std::adjacent_find(found.begin(), found.end()), found.end()) << "found twice";
         for (const double share : {0.0, 0.3, 1.0}) {
@@ -79,7 +81,9 @@ TYPED_TEST(PatchSearchTest, OfAFlatSheetFewNeighboursAreNear) {
     const std::vector<V> velocities(flat.size(), V{20, -30, 10, 0});
     PatchSearch<V> search;
     std::vector<PatchPair> found;
-    search.Find(surface, {flat, velocities, Real(1.0 / 60), Real(0.002)}, Real(0.003), found);
+    self_contact::SearchBudget budget = Unlimited();
+    search.Find(surface, {flat, velocities, Real(1.0 / 60), Real(0.002)}, Real(0.003), budget,
+                found);
     const auto are_neighbours = [&](const PatchPair& pair) {
       return surface.AreNeighbours(pair.first, pair.second);
     };
@@ -87,7 +91,7 @@ TYPED_TEST(PatchSearchTest, OfAFlatSheetFewNeighboursAreNear) {
               std::ssize(surface.neighbours()) / 10);
     self_contact::PairSearch<V> pair_search;
     std::vector<self_contact::CandidatePair<V>> pairs;
-    pair_search.Begin(surface, flat, Real(0.003));
+    pair_search.Begin(surface, flat, Real(0.003), budget);
     for (const PatchPair& pair : found) pair_search.Find(pair, Real(0.002), pairs);
     EXPECT_TRUE(pairs.empty());
   }
@@ -105,12 +109,38 @@ TYPED_TEST(PatchSearchTest, WhereAllIsInOnePlaceItEndsEarly) {
   ASSERT_GT(patches * (patches - 1) / 2, 2 * most);
   PatchSearch<V> search;
   std::vector<PatchPair> found;
-  EXPECT_FALSE(
-      search.Find(surface, {nowhere, nowhere, Real(1.0 / 60), Real(0.002)}, Real(0.003), found));
+  self_contact::SearchBudget budget = Unlimited();
+  const SearchState<V> in_one_place{nowhere, nowhere, Real(1.0 / 60), Real(0.002)};
+  EXPECT_FALSE(search.Find(surface, in_one_place, Real(0.003), budget, found));
   EXPECT_EQ(found.size(), most + 1);
   const auto flat = As<V>(Folded(*scene.model, 0, 1, 0, 1));
-  EXPECT_TRUE(
-      search.Find(surface, {flat, nowhere, Real(1.0 / 60), Real(0.002)}, Real(0.003), found));
+  const SearchState<V> spread_out{flat, nowhere, Real(1.0 / 60), Real(0.002)};
+  EXPECT_TRUE(search.Find(surface, spread_out, Real(0.003), budget, found));
+}
+
+// The same search, with a look less than it takes.
+TYPED_TEST(PatchSearchTest, EndsWhenItsBudgetIsSpent) {
+  using V = TypeParam;
+  using Real = self_contact::ScalarOf<V>;
+  const Scene scene = Grid(30, 30, 1, 1);
+  const ContactSurface surface(*scene.model);
+  const auto positions = As<V>(Folded(*scene.model, 6, 0.3, 0.01, 5));
+  const std::vector<V> at_rest(positions.size(), V{});
+  const SearchState<V> state{positions, at_rest, Real(1.0 / 60), Real(0.002)};
+  PatchSearch<V> search;
+  std::vector<PatchPair> all, some;
+  size_t enough = 1;
+  for (;; enough *= 2) {
+    self_contact::SearchBudget budget(enough);
+    if (search.Find(surface, state, Real(0.003), budget, all)) break;
+    EXPECT_TRUE(budget.is_spent());
+  }
+  EXPECT_GT(enough, 8 * all.size());
+  self_contact::SearchBudget too_little(enough / 4);
+  EXPECT_FALSE(search.Find(surface, state, Real(0.003), too_little, some));
+  EXPECT_LT(some.size(), all.size());
+  std::sort(some.begin(), some.end());
+  EXPECT_TRUE(std::includes(all.begin(), all.end(), some.begin(), some.end()));
 }
 
 }  // namespace

@@ -66,9 +66,10 @@ TEST_F(WorldSurface, ASearchFindsWhatMayTouch) {
   const std::vector<Vector3d> at_rest(positions_.size());
   PatchSearch<Vector3d> patch_search;
   std::vector<PatchPair> patches;
-  ASSERT_TRUE(patch_search.Find(world, {positions_, at_rest}, thicknesses.most, patches));
+  self_contact::SearchBudget budget = Unlimited();
+  ASSERT_TRUE(patch_search.Find(world, {positions_, at_rest}, thicknesses.most, budget, patches));
   PairSearch<Vector3d> pair_search;
-  pair_search.Begin(world, positions_, thicknesses);
+  pair_search.Begin(world, positions_, thicknesses, budget);
   std::set<std::pair<PairKind, std::array<uint32_t, 4>>> found;
   std::vector<CandidatePair<Vector3d>> pairs;
   for (const PatchPair& two : patches) pair_search.Find(two, 0, pairs);

@@ -18,14 +18,8 @@ std::vector<self_contact::Vector3d> InDouble(std::span<const float> positions) {
 
 std::vector<uint32_t> FlagCrossings(const ContactSurface& surface,
                                     std::span<const float> positions) {
-  std::vector<uint32_t> flags;
-  for (const self_contact::Crossing& crossing :
-       self_contact::FindCrossings(surface, InDouble(positions))) {
-    flags.resize(surface.particle_count(), 0);
-    for (const uint32_t i : surface.edges()[crossing.edge]) flags[i] = 1;
-    for (const uint32_t i : surface.triangles()[crossing.triangle]) flags[i] = 1;
-  }
-  return flags;
+  const std::vector<bool> flags = self_contact::FlagCrossings(surface, InDouble(positions));
+  return {flags.begin(), flags.end()};
 }
 
 void AddSelfContacts(const ContactSurface& surface, const ClothParameters& parameters,

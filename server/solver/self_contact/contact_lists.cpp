@@ -35,12 +35,13 @@ V LoadFour(const ScalarOf<V>* numbers) {
 template <class V>
 void ContactLists<V>::Begin(const ContactSurface& surface, const Thicknesses<Real>& thicknesses,
                             Real edge_length, const std::vector<bool>& is_crossing,
-                            size_t most_pairs) {
+                            size_t most_pairs, SearchBudget& budget) {
   surface_ = &surface;
   thicknesses_ = thicknesses;
   edge_length_ = edge_length;
   is_crossing_ = &is_crossing;
   most_pairs_ = most_pairs;
+  budget_ = &budget;
   patch_ways_.resize(surface.patches().size());
   Clear();
 }
@@ -131,7 +132,7 @@ bool ContactLists<V>::FindDue(std::span<const V> positions, const Window& window
       const int lane = std::countr_zero(bits);
       Open(static_cast<uint32_t>(begin) + static_cast<uint32_t>(lane), ends[lane], window,
            positions);
-      if (live_pairs_ > most_pairs_) {
+      if (live_pairs_ > most_pairs_ || budget_->is_spent()) {
         // Nobody will look at what was due: all lists are opened again when there is room.
         for (Numbers* numbers : {&next_, &next_guarded_}) {
           std::fill_n(numbers->begin(), lists_.size(), kLeast);
@@ -148,7 +149,7 @@ void ContactLists<V>::Open(uint32_t l, Real end, const Window& window,
                            std::span<const V> positions) {
   List& list = lists_[l];
   if (end >= list.valid || (list.is_partial && !window.guards)) {
-    if (!has_begun_) search_.Begin(*surface_, positions, thicknesses_);
+    if (!has_begun_) search_.Begin(*surface_, positions, thicknesses_, *budget_);
     has_begun_ = true;
     Remake(l, end - travels_[l], window);
   }

@@ -38,9 +38,9 @@ class ContactLists {
   };
 
   // A step begins, without lists. `is_crossing` [particle_count] or empty: pairs of such particles
-  // are left alone.
+  // are left alone. `budget`: that of the substep under way; it outlives the step.
   void Begin(const ContactSurface& surface, const Thicknesses<Real>& thicknesses, Real edge_length,
-             const std::vector<bool>& is_crossing, size_t most_pairs);
+             const std::vector<bool>& is_crossing, size_t most_pairs, SearchBudget& budget);
   void Clear();
   bool empty() const { return lists_.empty(); }
 
@@ -56,7 +56,7 @@ class ContactLists {
 
   // Makes lists anew that have been used up, and finds the pairs that have to be looked at, none of
   // which is active: due(). The particles are at `positions` when the substep begins. False: there
-  // are too many pairs.
+  // are too many pairs, or the budget is spent.
   bool FindDue(std::span<const V> positions, const Window& window);
   std::span<const DuePair> due() const { return due_.entries(); }
   // Of a due pair that has been looked at, as all have to be: whether it may come near in the
@@ -110,6 +110,7 @@ class ContactLists {
   Real edge_length_ = 0;
   const std::vector<bool>* is_crossing_ = nullptr;
   size_t most_pairs_ = 0;
+  SearchBudget* budget_ = nullptr;
   std::vector<List> lists_, old_lists_;
   Numbers travels_, ways_;       // the way is that of the last substep
   Numbers next_, next_guarded_;  // travels at which something is due, in windows of either kind

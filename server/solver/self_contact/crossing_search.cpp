@@ -1,6 +1,7 @@
 #include "server/solver/self_contact/crossing_search.h"
 
 #include <algorithm>
+#include <limits>
 #include <utility>
 
 #include "server/solver/self_contact/exact_orientation.h"
@@ -9,10 +10,13 @@
 namespace drape::self_contact {
 namespace {
 
+// One search. `Found` is called with each crossing, in the order of the tree.
+template <class Found>
 class CrossingSearch {
  public:
-  CrossingSearch(const ContactSurface& surface, std::span<const Vector3d> positions_m)
-      : surface_(surface), positions_(positions_m) {
+  CrossingSearch(const ContactSurface& surface, std::span<const Vector3d> positions_m,
+                 SearchBudget& budget, const Found& found)
+      : surface_(surface), positions_(positions_m), budget_(budget), found_(found) {
     for (const ContactPatch& patch : surface.patches()) {
       patches_.push_back(BoxOf(surface.corners_of(patch)));
     }
@@ -30,12 +34,8 @@ class CrossingSearch {
     }
   }
 
-  std::vector<Crossing> Find() {
+  void Run() {
     if (!nodes_.empty()) SearchBelow(0, 0);
-    std::sort(found_.begin(), found_.end(), [](const Crossing& a, const Crossing& b) {
-      return std::pair(a.edge, a.triangle) < std::pair(b.edge, b.triangle);
-    });
-    return std::move(found_);
   }
 
  private:
@@ -47,6 +47,8 @@ class CrossingSearch {
 
   // The tree is as deep as the logarithm of the number of patches.
   void SearchBelow(uint32_t a, uint32_t b) {
+    if (budget_.is_spent()) return;
+    budget_.Take(kNodePairLooks);
     const ContactNode& first = surface_.nodes()[a];
     const ContactNode& second = surface_.nodes()[b];
     if (!surface_.MayTouchBelow(a, b) || !AreNear(nodes_[a], nodes_[b], Vector3d{})) return;
@@ -69,37 +71,73 @@ class CrossingSearch {
   // Edges of one patch through triangles of another one.
   void SearchPatches(uint32_t edges_of, uint32_t triangles_of) {
     const Box<Vector3d>& near = patches_[triangles_of];
-    for (const uint32_t e : surface_.edges_of(surface_.patches()[edges_of])) {
-      const std::array<uint32_t, 2>& edge = surface_.edges()[e];
-      const Box<Vector3d>& box = edges_[e];
-      if (!AreNear(box, near, Vector3d{})) continue;
-      for (const uint32_t t : surface_.triangles_of(surface_.patches()[triangles_of])) {
-        if (!AreNear(box, triangles_[t], Vector3d{})) continue;
-        const std::array<uint32_t, 3>& triangle = surface_.triangles()[t];
-        const auto has = [&](uint32_t i) {
-          return std::find(triangle.begin(), triangle.end(), i) != triangle.end();
-        };
-        if (has(edge[0]) || has(edge[1])) continue;
-        if (Crosses(At(edge[0]), At(edge[1]), At(triangle[0]), At(triangle[1]), At(triangle[2]))) {
-          found_.push_back({e, t});
-        }
+    const std::span<const uint32_t> edges = surface_.edges_of(surface_.patches()[edges_of]);
+    const std::span<const uint32_t> triangles =
+        surface_.triangles_of(surface_.patches()[triangles_of]);
+    budget_.Take(edges.size());
+    for (const uint32_t e : edges) {
+      if (!AreNear(edges_[e], near, Vector3d{})) continue;
+      budget_.Take(triangles.size());
+      for (const uint32_t t : triangles) {
+        if (AreNear(edges_[e], triangles_[t], Vector3d{})) Look({e, t});
       }
     }
+  }
+
+  void Look(const Crossing& crossing) {
+    const std::array<uint32_t, 2>& edge = surface_.edges()[crossing.edge];
+    const std::array<uint32_t, 3>& triangle = surface_.triangles()[crossing.triangle];
+    const auto has = [&](uint32_t i) {
+      return std::find(triangle.begin(), triangle.end(), i) != triangle.end();
+    };
+    if (has(edge[0]) || has(edge[1])) return;
+    uint32_t exact = 0;
+    const bool crosses =
+        Crosses(At(edge[0]), At(edge[1]), At(triangle[0]), At(triangle[1]), At(triangle[2]), exact);
+    budget_.Take(kCrossLooks + kExactLooks * exact);
+    if (crosses) found_(crossing);
   }
 
   Eigen::Vector3d At(uint32_t i) const { return FromVector(positions_[i]); }
 
   const ContactSurface& surface_;
   const std::span<const Vector3d> positions_;
+  SearchBudget& budget_;
+  const Found& found_;
   std::vector<Box<Vector3d>> patches_, edges_, triangles_, nodes_;
-  std::vector<Crossing> found_;
 };
+
+// Calls found(crossing) for all of them, or for some, if the budget is spent then.
+template <class Found>
+void SearchCrossings(const ContactSurface& surface, std::span<const Vector3d> positions_m,
+                     SearchBudget& budget, const Found& found) {
+  CrossingSearch<Found>(surface, positions_m, budget, found).Run();
+}
 
 }  // namespace
 
 std::vector<Crossing> FindCrossings(const ContactSurface& surface,
                                     std::span<const Vector3d> positions_m) {
-  return CrossingSearch(surface, positions_m).Find();
+  SearchBudget all(std::numeric_limits<size_t>::max());
+  std::vector<Crossing> crossings;
+  SearchCrossings(surface, positions_m, all,
+                  [&](const Crossing& crossing) { crossings.push_back(crossing); });
+  std::sort(crossings.begin(), crossings.end(), [](const Crossing& a, const Crossing& b) {
+    return std::pair(a.edge, a.triangle) < std::pair(b.edge, b.triangle);
+  });
+  return crossings;
+}
+
+std::vector<bool> FlagCrossings(const ContactSurface& surface,
+                                std::span<const Vector3d> positions_m, SearchBudget budget) {
+  std::vector<bool> flags;
+  SearchCrossings(surface, positions_m, budget, [&](const Crossing& crossing) {
+    flags.resize(surface.particle_count());
+    for (const uint32_t i : surface.edges()[crossing.edge]) flags[i] = true;
+    for (const uint32_t i : surface.triangles()[crossing.triangle]) flags[i] = true;
+  });
+  if (budget.is_spent()) flags.assign(surface.particle_count(), true);
+  return flags;
 }
 
 std::vector<SelfContactMeasures> MeasureSelfContacts(const ContactSurface& surface,
@@ -111,11 +149,12 @@ std::vector<SelfContactMeasures> MeasureSelfContacts(const ContactSurface& surfa
     add(measures[member]);
     if (other != member) add(measures[other]);
   };
-  for (const Crossing& crossing : FindCrossings(surface, positions_m)) {
+  SearchBudget crossing_budget = ReportBudget(surface);
+  SearchCrossings(surface, positions_m, crossing_budget, [&](const Crossing& crossing) {
     count(surface.member_of_particle(surface.edges()[crossing.edge][0]),
           surface.member_of_particle(surface.triangles()[crossing.triangle][0]),
           [](SelfContactMeasures& its) { ++its.crossings; });
-  }
+  });
   // A search finds pairs up to its thickness, or for edges kEdgeShare of it.
   constexpr double kSearchRatio = kNearPairRatio / kEdgeShare;
   std::vector<double> searched;
@@ -126,11 +165,13 @@ std::vector<SelfContactMeasures> MeasureSelfContacts(const ContactSurface& surfa
   const std::vector<Vector3d> at_rest(positions_m.size());
   PatchSearch<Vector3d> patch_search;
   std::vector<PatchPair> patches;
-  patch_search.Find(surface, {positions_m, at_rest}, search.most, patches);
+  SearchBudget budget = ReportBudget(surface);
+  patch_search.Find(surface, {positions_m, at_rest}, search.most, budget, patches);
   PairSearch<Vector3d> pair_search;
   std::vector<CandidatePair<Vector3d>> pairs;
-  pair_search.Begin(surface, positions_m, search);
+  pair_search.Begin(surface, positions_m, search, budget);
   for (const PatchPair& two : patches) {
+    if (budget.is_spent()) break;
     const double near_m = kNearPairRatio * thicknesses.Of(surface, two.first, two.second);
     pairs.clear();
     pair_search.Find(two, 0, pairs);

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "server/solver/self_contact/contact_surface.h"
+#include "server/solver/self_contact/search_budget.h"
 
 namespace drape::self_contact {
 
@@ -15,15 +16,27 @@ struct Crossing {
   uint32_t triangle;  // of ContactSurface::triangles
 };
 
-// All of them, exactly, always in the same order. `positions_m`: [particle_count], finite.
+// All of them, exactly, always in the same order, however many. `positions_m`: [particle_count],
+// finite.
 std::vector<Crossing> FindCrossings(const ContactSurface& surface,
                                     std::span<const Vector3d> positions_m);
+
+// Of each particle, whether it belongs to an edge or a triangle of a crossing; empty: nothing
+// crosses. All particles, where that takes more than `budget`: of those nothing is known, and they
+// are left alone like what crosses.
+std::vector<bool> FlagCrossings(const ContactSurface& surface,
+                                std::span<const Vector3d> positions_m, SearchBudget budget);
+inline std::vector<bool> FlagCrossings(const ContactSurface& surface,
+                                       std::span<const Vector3d> positions_m) {
+  return FlagCrossings(surface, positions_m, ReportBudget(surface));
+}
 
 // Pairs count as near up to this many thicknesses [-].
 inline constexpr double kNearPairRatio = 1.25;
 
 struct SelfContactMeasures {
-  uint32_t near_pairs = 0;  // at least, where MostPatchPairs are exceeded
+  // Where everything is in one place, what was found before the budget was spent.
+  uint32_t near_pairs = 0;
   double smallest_distance_m = std::numeric_limits<double>::infinity();
   uint32_t crossings = 0;
 };

@@ -3,14 +3,11 @@
 #include <array>
 #include <cmath>
 #include <limits>
-#include <vector>
+#include <optional>
+#include <span>
 
 namespace drape::self_contact {
 namespace {
-
-// A sum of doubles that do not overlap, smallest first: exact (Shewchuk 1997, «Adaptive Precision
-// Floating-Point Arithmetic and Fast Robust Geometric Predicates»).
-using Expansion = std::vector<double>;
 
 // sum = a + b rounded; sum + error is exact.
 struct Split {
@@ -26,74 +23,81 @@ Split TwoProduct(double a, double b) {
   return {product, std::fma(a, b, -product)};
 }
 
-void Grow(Expansion& e, double b) {
-  double carry = b;
-  for (double& component : e) {
-    const Split split = TwoSum(carry, component);
-    carry = split.sum;
-    component = split.error;
+// A sum of doubles that do not overlap, smallest first, none of them 0: exact (Shewchuk 1997,
+// «Adaptive Precision Floating-Point Arithmetic and Fast Robust Geometric Predicates»). At most so
+// many.
+template <int kMost>
+class Expansion {
+ public:
+  std::span<const double> components() const {
+    return std::span(components_).first(static_cast<size_t>(size_));
   }
-  e.push_back(carry);
-  std::erase(e, 0.0);
+
+  void Add(double b) {
+    double carry = b;
+    int kept = 0;
+    for (int k = 0; k < size_; ++k) {
+      const Split split = TwoSum(carry, components_[k]);
+      carry = split.sum;
+      if (split.error != 0) components_[kept++] = split.error;
+    }
+    if (carry != 0) components_[kept++] = carry;
+    size_ = kept;
+  }
+
+  int Sign() const {
+    if (size_ == 0) return 0;
+    return components_[size_ - 1] > 0 ? 1 : -1;
+  }
+
+ private:
+  // Not cleared: most are short.
+  std::array<double, kMost> components_;
+  int size_ = 0;
+};
+
+Expansion<2> Difference(double a, double b) {
+  const Split split = TwoSum(a, -b);
+  Expansion<2> result;
+  result.Add(split.error);
+  result.Add(split.sum);
+  return result;
 }
 
-Expansion Sum(Expansion a, const Expansion& b) {
-  for (const double component : b) Grow(a, component);
-  return a;
-}
-
-Expansion Product(const Expansion& a, const Expansion& b) {
-  Expansion result;
-  for (const double x : a) {
-    for (const double y : b) {
-      const Split split = TwoProduct(x, y);
-      Grow(result, split.error);
-      Grow(result, split.sum);
+// Adds a * b, or the negative of it.
+template <int kMost, class A, class B>
+void AddProduct(const A& a, const B& b, double sign, Expansion<kMost>& sum) {
+  for (const double x : a.components()) {
+    for (const double y : b.components()) {
+      const Split split = TwoProduct(sign * x, y);
+      sum.Add(split.error);
+      sum.Add(split.sum);
     }
   }
-  return result;
-}
-
-Expansion Negative(Expansion e) {
-  for (double& component : e) component = -component;
-  return e;
-}
-
-Expansion Difference(double a, double b) {
-  const Split split = TwoSum(a, -b);
-  Expansion result;
-  Grow(result, split.error);
-  Grow(result, split.sum);
-  return result;
-}
-
-int SignOf(const Expansion& e) {
-  if (e.empty()) return 0;
-  return e.back() > 0 ? 1 : -1;
 }
 
 int ExactOrientation(const Eigen::Vector3d& a, const Eigen::Vector3d& b, const Eigen::Vector3d& c,
                      const Eigen::Vector3d& d) {
-  std::array<std::array<Expansion, 3>, 3> rows;
+  std::array<std::array<Expansion<2>, 3>, 3> rows;
   for (int axis = 0; axis < 3; ++axis) {
     rows[0][axis] = Difference(b[axis], a[axis]);
     rows[1][axis] = Difference(c[axis], a[axis]);
     rows[2][axis] = Difference(d[axis], a[axis]);
   }
-  Expansion determinant;
+  Expansion<192> determinant;
   for (int axis = 0; axis < 3; ++axis) {
     const int next = (axis + 1) % 3, last = (axis + 2) % 3;
-    const Expansion minor =
-        Sum(Product(rows[0][next], rows[1][last]), Negative(Product(rows[0][last], rows[1][next])));
-    determinant = Sum(determinant, Product(minor, rows[2][axis]));
+    Expansion<16> minor;
+    AddProduct(rows[0][next], rows[1][last], 1, minor);
+    AddProduct(rows[0][last], rows[1][next], -1, minor);
+    AddProduct(minor, rows[2][axis], 1, determinant);
   }
-  return SignOf(determinant);
+  return determinant.Sign();
 }
 
-}  // namespace
-
-int Orientation(const Eigen::Vector3d& a, const Eigen::Vector3d& b, const Eigen::Vector3d& c,
-                const Eigen::Vector3d& d) {
+// The sign, if rounding does not hide it.
+std::optional<int> QuickOrientation(const Eigen::Vector3d& a, const Eigen::Vector3d& b,
+                                    const Eigen::Vector3d& c, const Eigen::Vector3d& d) {
   const Eigen::Vector3d ab = b - a, ac = c - a, ad = d - a;
   const double xy = ab.x() * ac.y(), yx = ab.y() * ac.x();
   const double yz = ab.y() * ac.z(), zy = ab.z() * ac.y();
@@ -106,15 +110,43 @@ int Orientation(const Eigen::Vector3d& a, const Eigen::Vector3d& b, const Eigen:
   if (std::fabs(determinant) > 8 * std::numeric_limits<double>::epsilon() * size) {
     return determinant > 0 ? 1 : -1;
   }
+  // Four points in a plane across an axis, as cloths that have just been laid down.
+  for (int axis = 0; axis < 3; ++axis) {
+    if (ab[axis] == 0 && ac[axis] == 0 && ad[axis] == 0) return 0;
+  }
+  return std::nullopt;
+}
+
+int CountedOrientation(const Eigen::Vector3d& a, const Eigen::Vector3d& b, const Eigen::Vector3d& c,
+                       const Eigen::Vector3d& d, uint32_t& exact) {
+  if (const std::optional<int> sign = QuickOrientation(a, b, c, d)) return *sign;
+  ++exact;
   return ExactOrientation(a, b, c, d);
+}
+
+}  // namespace
+
+int Orientation(const Eigen::Vector3d& a, const Eigen::Vector3d& b, const Eigen::Vector3d& c,
+                const Eigen::Vector3d& d) {
+  uint32_t exact = 0;
+  return CountedOrientation(a, b, c, d, exact);
+}
+
+bool Crosses(const Eigen::Vector3d& p, const Eigen::Vector3d& q, const Eigen::Vector3d& a,
+             const Eigen::Vector3d& b, const Eigen::Vector3d& c, uint32_t& exact) {
+  const int above = CountedOrientation(a, b, c, p, exact);
+  if (above == 0 || above * CountedOrientation(a, b, c, q, exact) >= 0) return false;
+  const int ab = CountedOrientation(p, q, a, b, exact);
+  const int bc = CountedOrientation(p, q, b, c, exact);
+  if (ab * bc < 0) return false;
+  const int ca = CountedOrientation(p, q, c, a, exact);
+  return ab * ca >= 0 && bc * ca >= 0;
 }
 
 bool Crosses(const Eigen::Vector3d& p, const Eigen::Vector3d& q, const Eigen::Vector3d& a,
              const Eigen::Vector3d& b, const Eigen::Vector3d& c) {
-  if (Orientation(a, b, c, p) * Orientation(a, b, c, q) >= 0) return false;
-  const int ab = Orientation(p, q, a, b), bc = Orientation(p, q, b, c),
-            ca = Orientation(p, q, c, a);
-  return (ab >= 0 && bc >= 0 && ca >= 0) || (ab <= 0 && bc <= 0 && ca <= 0);
+  uint32_t exact = 0;
+  return Crosses(p, q, a, b, c, exact);
 }
 
 }  // namespace drape::self_contact

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <cstdint>
 
 namespace drape::self_contact {
 
@@ -14,5 +15,9 @@ int Orientation(const Eigen::Vector3d& a, const Eigen::Vector3d& b, const Eigen:
 // sides of the plane, and its line meets the triangle or its border. Exact.
 bool Crosses(const Eigen::Vector3d& p, const Eigen::Vector3d& q, const Eigen::Vector3d& a,
              const Eigen::Vector3d& b, const Eigen::Vector3d& c);
+// The same; adds to `exact` how many signs were hidden by rounding and took a hundred times as
+// long.
+bool Crosses(const Eigen::Vector3d& p, const Eigen::Vector3d& q, const Eigen::Vector3d& a,
+             const Eigen::Vector3d& b, const Eigen::Vector3d& c, uint32_t& exact);
 
 }  // namespace drape::self_contact

@@ -17,8 +17,9 @@ double TouchDistance_m(const ContactSurface& surface, PairKind kind,
 
 template <class V>
 void PairSearch<V>::Begin(const ContactSurface& surface, std::span<const V> positions,
-                          const Thicknesses<Real>& thicknesses) {
+                          const Thicknesses<Real>& thicknesses, SearchBudget& budget) {
   surface_ = &surface;
+  budget_ = &budget;
   positions_ = positions;
   thicknesses_ = thicknesses;
   ++state_;
@@ -121,6 +122,8 @@ typename PairSearch<V>::Real PairSearch<V>::GapAcross(const PatchPair& patches,
 template <class V>
 void PairSearch<V>::Collect(uint32_t p, const Box<V>& near, NearPrimitives& found) const {
   const ContactPatch& patch = surface_->patches()[p];
+  budget_->Take(patch.vertex_end - patch.vertex_begin + patch.edge_end - patch.edge_begin +
+                patch.triangle_end - patch.triangle_begin);
   found.vertices.clear();
   found.vertices.Reserve(patch.vertex_end - patch.vertex_begin);
   for (uint32_t k = patch.vertex_begin; k < patch.vertex_end; ++k) {
@@ -172,6 +175,7 @@ template <class V>
 void PairSearch<V>::AddVertices(const NearPrimitives& first, const NearPrimitives& second) {
   near_boxes_.clear();
   near_boxes_.Reserve(first.vertices.size() * second.triangles.size());
+  budget_->Take(first.vertices.size() * second.triangles.size());
   for (const uint32_t vertex : first.vertices.entries()) {
     const uint32_t i = surface_->patch_vertices()[vertex];
     const Box<V> box{positions_[i], positions_[i]};
@@ -192,6 +196,7 @@ void PairSearch<V>::AddNear(PairKind kind) {
   const Real limit = thickness_ + reach_;
   V others = V{} + kMost;  // distances
   const auto candidates = near_boxes_.entries();
+  budget_->Take(kDistanceLooks * candidates.size());
   for (size_t begin = 0; begin < candidates.size(); begin += kPairsSideBySide) {
     const size_t count = std::min(kPairsSideBySide, candidates.size() - begin);
     FourPairs pairs;
@@ -218,6 +223,7 @@ void PairSearch<V>::AddEdges(const PatchPair& patches) {
   const std::span<const uint32_t> others = is_one ? firsts : second_.edges.entries();
   near_boxes_.clear();
   near_boxes_.Reserve(firsts.size() * others.size());
+  budget_->Take(firsts.size() * others.size());
   for (size_t k = 0; k < firsts.size(); ++k) {
     const auto& [i, j] = surface_->edges()[surface_->patch_edges()[firsts[k]]];
     const Box<V> box = edge_boxes_[firsts[k]];

@@ -41,9 +41,10 @@ class PairSearch {
  public:
   using Real = ScalarOf<V>;
 
-  // The state in which to search, until the next one. `positions` [particle_count] [m].
+  // The state in which to search, until the next one. `positions` [particle_count] [m]. `budget`:
+  // what a search costs is taken from it, but no search is left undone; it outlives the state.
   void Begin(const ContactSurface& surface, std::span<const V> positions,
-             const Thicknesses<Real>& thicknesses);
+             const Thicknesses<Real>& thicknesses, SearchBudget& budget);
 
   // Primitives without a common vertex of the two patches are no nearer than this [m].
   Real Gap(const PatchPair& patches);
@@ -71,6 +72,7 @@ class PairSearch {
   void Add(PairKind kind, const std::array<uint32_t, 4>& particles, Real distance);
 
   const ContactSurface* surface_ = nullptr;
+  SearchBudget* budget_ = nullptr;
   std::span<const V> positions_;
   Thicknesses<Real> thicknesses_;
   // What is known of patches in this state.

@@ -11,7 +11,7 @@ size_t MostPatchPairs(const ContactSurface& surface) {
 
 template <class V>
 bool PatchSearch<V>::Find(const ContactSurface& surface, const SearchState<V>& state,
-                          Real thickness, std::vector<PatchPair>& pairs) {
+                          Real thickness, SearchBudget& budget, std::vector<PatchPair>& pairs) {
   pairs.clear();
   if (surface.patches().empty()) return true;
   surface_ = &surface;
@@ -21,9 +21,11 @@ bool PatchSearch<V>::Find(const ContactSurface& surface, const SearchState<V>& s
   most_pairs_ = MostPatchPairs(surface);
   Prepare();
   SearchNeighbours();
-  SearchTree();
+  budget.Take(kNodePairLooks * surface.neighbours().size());
+  SearchTree(budget);
+  if (pairs.size() > most_pairs_ || budget.is_spent()) return false;
   Sort();
-  return pairs.size() <= most_pairs_;
+  return true;
 }
 
 template <class V>
@@ -66,7 +68,7 @@ V PatchSearch<V>::Approach(const Box<V>& velocities, const Box<V>& other_velocit
 }
 
 template <class V>
-void PatchSearch<V>::SearchTree() {
+void PatchSearch<V>::SearchTree(SearchBudget& budget) {
   const std::span<const ContactNode> nodes = surface_->nodes();
   const V reach = Splat<V>(thickness_ + state_.drift);
   // Nodes beside the path to a leaf, for each of two.
@@ -77,7 +79,8 @@ void PatchSearch<V>::SearchTree() {
     if (AreNear(nodes_[a].positions, nodes_[b].positions, margin)) open_[count++] = {a, b};
   };
   open_[count++] = {0, 0};
-  while (count > 0 && pairs_->size() <= most_pairs_) {
+  while (count > 0 && pairs_->size() <= most_pairs_ && !budget.is_spent()) {
+    budget.Take(kNodePairLooks);
     const auto [a, b] = open_[--count];
     if (!surface_->MayTouchBelow(a, b)) continue;
     const uint32_t child_a = nodes[a].first_child, child_b = nodes[b].first_child;

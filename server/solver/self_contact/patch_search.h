@@ -9,6 +9,7 @@
 
 #include "server/solver/self_contact/contact_surface.h"
 #include "server/solver/self_contact/patch_shape.h"
+#include "server/solver/self_contact/search_budget.h"
 #include "server/solver/self_contact/vectors.h"
 
 namespace drape::self_contact {
@@ -41,10 +42,10 @@ class PatchSearch {
 
   // Every pair of patches with primitives without a common vertex that may be nearer than
   // `thickness` at some time of `state`. `pairs` is replaced, ascending. False: there are more than
-  // MostPatchPairs, and they are not all there; where everything is in one place, all pairs of a
-  // large cloth would fill the memory.
+  // MostPatchPairs, or the budget is spent, and only some are there, in no order; where everything
+  // is in one place, all pairs of a large cloth would fill the memory.
   bool Find(const ContactSurface& surface, const SearchState<V>& state, Real thickness,
-            std::vector<PatchPair>& pairs);
+            SearchBudget& budget, std::vector<PatchPair>& pairs);
   // By how much two patches of the last search may come nearer within its time, drift apart [m].
   Real Approach(const PatchPair& pair) const {
     return Length(Approach(patches_[pair.first].velocities, patches_[pair.second].velocities));
@@ -57,7 +58,7 @@ class PatchSearch {
   };
 
   void Prepare();
-  void SearchTree();
+  void SearchTree(SearchBudget& budget);
   void SearchNeighbours();
   // By how much two sets of particles may come nearer as their velocities take them, along each
   // axis.

@@ -35,6 +35,7 @@ constexpr double kMostLookedAt = 1;
 constexpr double kNormalAge_s = 1.0 / 800;
 // Searches within one substep that pushes have led too far before all particles move alike [-].
 constexpr int kMostSearches = 4;
+constexpr int kMostGivenUp = DRAPE_CONTACT_MOST_GIVEN_UP;
 
 }  // namespace
 
@@ -48,25 +49,20 @@ bool SelfContacts<V>::Begin(const ContactSurface& surface, const StepNumbers<V>&
   substeps_left_ = 0;
   drift_scale_ = 1;
   has_found_nothing_ = true;
+  given_up_ = 0;
   is_crossing_.clear();
   active_.clear();
   active_lists_.clear();
   impulses_.Begin(surface, numbers_);
   lists_.Begin(surface, numbers.thicknesses, numbers.edge_length, is_crossing_,
-               kMostPairsPerParticle * surface.particle_count());
+               kMostPairsPerParticle * surface.particle_count(), budget_);
   normal_substeps_ = 1 + static_cast<uint32_t>(static_cast<Real>(kNormalAge_s) / substep_s_);
   if (!may_cross) return false;
   std::vector<Vector3d> exact;
   for (const V& p : positions)
     exact.push_back(Vector3d{double{p[0]}, double{p[1]}, double{p[2]}, 0});
-  const std::vector<Crossing> crossings = FindCrossings(surface, exact);
-  if (crossings.empty()) return false;
-  is_crossing_.assign(positions.size(), false);
-  for (const Crossing& crossing : crossings) {
-    for (const uint32_t i : surface.edges()[crossing.edge]) is_crossing_[i] = true;
-    for (const uint32_t i : surface.triangles()[crossing.triangle]) is_crossing_[i] = true;
-  }
-  return true;
+  is_crossing_ = FlagCrossings(surface, exact);
+  return !is_crossing_.empty();
 }
 
 template <class V>
@@ -75,6 +71,7 @@ std::optional<typename SelfContacts<V>::Expectation> SelfContacts<V>::ExpectNoth
     std::span<const V> velocities) {
   Begin(surface, numbers, false, positions);
   substep_ = 1;
+  budget_ = SubstepBudget(surface);
   Search(positions, Smoothed(velocities), numbers.substeps);
   if (!has_found_nothing_) return std::nullopt;
   return Expectation{found_velocities_, drift_, substep_s_};
@@ -83,6 +80,7 @@ std::optional<typename SelfContacts<V>::Expectation> SelfContacts<V>::ExpectNoth
 template <class V>
 void SelfContacts<V>::Find(std::span<const V> positions, std::span<const V> velocities) {
   ++substep_;
+  budget_ = SubstepBudget(*surface_);
   hardest_hit_ = 0;
   for (const uint32_t k : active_) lists_.pairs()[k].is_active = false;
   active_.clear();
@@ -137,6 +135,11 @@ void SelfContacts<V>::Search(std::span<const V> positions, std::span<const V> ve
   const Real wanted = std::min(longest / substep_s_, static_cast<Real>(rest));
   const uint32_t planned = std::max(1u, static_cast<uint32_t>(wanted));
   since_search_ = 0;
+  if (given_up_ == kMostGivenUp) {
+    substeps_left_ = rest;
+    has_all_patches_ = has_all_pairs_ = false;
+    return;
+  }
   // Where nothing touches in the whole step there is nothing else to do in it.
   const bool tries_all = rest == numbers_.substeps &&
                          wanted * static_cast<Real>(kWholeStep) >= static_cast<Real>(rest);
@@ -167,7 +170,7 @@ bool SelfContacts<V>::FindPatches(uint32_t substeps) {
   }
   has_all_patches_ =
       search_.Find(*surface_, {found_positions_, found_velocities_, duration, drift_},
-                   numbers_.thicknesses.most, patch_pairs_);
+                   numbers_.thicknesses.most, budget_, patch_pairs_);
   if (has_all_patches_ && substeps == numbers_.substeps) DropFarPatches();
   return has_all_patches_ && patch_pairs_.empty();
 }
@@ -189,7 +192,7 @@ void SelfContacts<V>::DropFarPatches() {
   const auto most =
       static_cast<size_t>(kMostLookedAt * static_cast<double>(surface_->patches().size()));
   if (patch_pairs_.empty() || patch_pairs_.size() > most) return;
-  pair_search_.Begin(*surface_, found_positions_, numbers_.thicknesses);
+  pair_search_.Begin(*surface_, found_positions_, numbers_.thicknesses, budget_);
   std::erase_if(patch_pairs_, [&](const PatchPair& pair) {
     const Real reach = drift_ + search_.Approach(pair);
     const Real thickness = numbers_.thicknesses.Of(*surface_, pair.first, pair.second);
@@ -308,6 +311,7 @@ bool SelfContacts<V>::Guard(const typename PlanarGuard<V>::Motion& motion) {
     is_apart = guard_.Run(lists_.pairs(), active_, active_ways_, motion, numbers_.pulls);
     if (!guard_.has_changed() && !has_drifted) break;
   }
+  given_up_ = 0;
   lists_.Advance();
   impulses_.Stop(lists_.pairs(), active_, motion);
   return is_apart;
@@ -342,6 +346,7 @@ bool SelfContacts<V>::GuardFar(const typename PlanarGuard<V>::Motion& motion) {
     motion.ends[i] = motion.starts[i] + way;
     motion.velocities[i] = velocity;
   }
+  if (!has_all_pairs_) given_up_ = std::min(given_up_ + 1, kMostGivenUp);
   substeps_left_ = 0;
   lists_.Clear();
   active_.clear();

@@ -93,6 +93,7 @@ class SelfContacts {
   Real substep_s_ = 0;
   uint32_t substep_ = 0;           // the one under way, from 1
   std::vector<bool> is_crossing_;  // of particles of edges and triangles that crossed; or empty
+  SearchBudget budget_{0};         // what the substep may still look at
   PatchSearch<V> search_;
   PairSearch<V> pair_search_;
   std::vector<CandidatePair<V>> near_pairs_;
@@ -114,6 +115,7 @@ class SelfContacts {
   bool has_found_nothing_ = false;
   bool has_all_patches_ = true;
   bool has_all_pairs_ = true;
+  int given_up_ = 0;  // substeps, one after the other, of which not all pairs were found
   Real drift_scale_ = 1;
   Real drift_ = 0;  // that it allows for [m]
   std::vector<V> smoothed_, ways_;
