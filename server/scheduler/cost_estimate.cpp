@@ -13,6 +13,10 @@ constexpr double kRateMemory = 0.98;
 constexpr double kCostShareOfRise = 0.5;
 constexpr double kCostShareOfFall = 0.2;
 
+// A step that was left undone is expected to take so many times what it had taken [-]: sooner or
+// later it counts as long, and is done in pieces.
+constexpr double kUndoneGrowth = 2;
+
 }  // namespace
 
 void SolveRate::Measured(double solves, double cost_us) {
@@ -31,6 +35,30 @@ void CostEstimate::Measured(double cost_us) {
   const double share = measured_us > measured_us_ ? kCostShareOfRise : kCostShareOfFall;
   measured_us_ =
       measured_us_ == 0 ? measured_us : measured_us_ + share * (measured_us - measured_us_);
+}
+
+void CostEstimate::LeftUndone(double cost_us) {
+  measured_us_ = std::max(measured_us_, kUndoneGrowth * cost_us);
+}
+
+double ShareCost(std::span<const ClothCost> cloths, double cost_us) {
+  double solves = 0, thread_us = 0;
+  bool are_timed = true;
+  for (const ClothCost& cloth : cloths) {
+    are_timed &= cloth.thread_us > 0 || cloth.is_undone;
+    thread_us += cloth.thread_us;
+    if (!cloth.is_undone) solves += cloth.solves + kSolvesPerClothStep;
+  }
+  for (const ClothCost& cloth : cloths) {
+    if (cloth.is_undone) {
+      cloth.estimate->LeftUndone(cloth.thread_us);
+    } else if (are_timed) {
+      cloth.estimate->Measured(cost_us * cloth.thread_us / thread_us);
+    } else {
+      cloth.estimate->Measured(cost_us * (cloth.solves + kSolvesPerClothStep) / solves);
+    }
+  }
+  return solves;
 }
 
 }  // namespace drape

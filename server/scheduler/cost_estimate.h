@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <span>
 
 #include "server/solver/step_settings.h"
 
@@ -37,9 +38,23 @@ class CostEstimate {
   double Expected_us(double solves, bool has_tolerance, const SolveRate& rate) const;
   // The cloth's part of what a batch cost.
   void Measured(double cost_us);
+  // Its step was left undone after so much.
+  void LeftUndone(double cost_us);
 
  private:
   double measured_us_ = 0;  // smoothed; 0: none yet
 };
+
+// A cloth in a batch.
+struct ClothCost {
+  CostEstimate* estimate;
+  double solves;     // that its step might have made
+  double thread_us;  // StepReport::thread_us
+  bool is_undone;
+};
+
+// Divides the cost of a batch among its cloths: by the time of the threads where the backend tells
+// it, else by solves. Returns the solves that it might have made (SolveRate::Measured).
+double ShareCost(std::span<const ClothCost> cloths, double cost_us);
 
 }  // namespace drape

@@ -9,16 +9,18 @@
 #include "server/core/check.h"
 #include "server/core/memory_reserve.h"
 #include "server/core/trace.h"
+#include "server/scheduler/sleep_looks.h"
 #include "server/scheduler/state_reading.h"
 
 namespace drape {
 namespace {
-// Limit on the particles read at once to find out whether cloths are at rest: 12 MiB in single
-// precision.
-constexpr size_t kMaxParticlesPerLook = size_t{1} << 20;
-
 // Limit on the steps that are done in pieces at the same time: each holds working memory.
 constexpr size_t kMaxLongSteps = 16;
+
+// A batch that takes so many times its budget is ended, and what it has not done is left undone
+// [-]. Larger: others wait longer for steps that take longer than anybody expected; smaller: more
+// is done twice on a machine that is busy with something else.
+constexpr int64_t kMostBudgets = 4;
 
 bool IsMoving(const RigidMotion& motion) {
   return !motion.velocity_m_per_s.isZero(0) || !motion.angular_velocity_rad_per_s.isZero(0);
@@ -28,6 +30,10 @@ bool IsMoving(const RigidMotion& motion) {
 bool ActsOnCloth(const ClothControls& controls, const StepItem& item) {
   return controls.has_news() ||
          std::any_of(item.collider_motions.begin(), item.collider_motions.end(), IsMoving);
+}
+
+Pause PauseAfter_us(int64_t duration_us) {
+  return Pause::At(std::chrono::steady_clock::now() + std::chrono::microseconds(duration_us));
 }
 
 // As RateQuota counts it.
@@ -246,8 +252,9 @@ int64_t DeviceLoop::StepBatch(const std::vector<Part>& parts) {
     GiveAnswers();
   } else {
     trace::Span span("step");
-    batch = RunsAhead() ? backend_.device()->StepAhead(items, [this] { GiveAnswers(); })
-                        : backend_.Step(items);
+    const Pause pause = PauseAfter_us(kMostBudgets * settings_.batch_budget_us);
+    batch = RunsAhead() ? backend_.device()->StepAhead(items, pause, [this] { GiveAnswers(); })
+                        : backend_.StepUntil(items, pause);
     span.Add("cloths", static_cast<int64_t>(items.size()));
     span.Add("dispatches", batch.dispatch_count);
   }
@@ -270,9 +277,7 @@ int64_t DeviceLoop::StepPiece(const std::vector<Part>& parts) {
   std::optional<BatchReport> batch = BatchReport{};
   if (!items.empty()) {
     const trace::Span span("step_piece");
-    batch =
-        backend_.StepPiece(items, Pause::At(std::chrono::steady_clock::now() +
-                                            std::chrono::microseconds(settings_.batch_budget_us)));
+    batch = backend_.StepPiece(items, PauseAfter_us(settings_.batch_budget_us));
   }
   const double spent_us = step->second.spent_us;
   for (const auto& cloth : cloths) cloth->SetInPieces(!batch.has_value());
@@ -312,8 +317,11 @@ int64_t DeviceLoop::EndBatch(const std::vector<Part>& parts, BatchReport batch, 
   const int64_t stepped_us = clock_.NowUs();
   const auto cost_us = static_cast<double>(CostOf(batch, stepped_us - begin_us));
   const auto cloths = static_cast<uint32_t>(batch.reports.size());
-  CompleteSteps(parts, batch.reports, spent_us + cost_us);
-  LookAtCloths(parts);
+  MeasureCosts(parts, batch.reports, spent_us + cost_us);
+  const std::vector<Part> done = WithoutUndone(parts, batch.reports);
+  Charge(done);
+  CompleteSteps(done, batch.reports, spent_us + cost_us);
+  LookAtCloths(backend_, ClothsOf(done));
   const int64_t end_us = clock_.NowUs();
   batch.readback_us += end_us - stepped_us;
   for (const Part& part : parts) {
@@ -329,9 +337,6 @@ void DeviceLoop::CompleteSteps(const std::vector<Part>& parts,
                                const std::vector<StepReport>& reports, double cost_us) {
   size_t next = 0;
   uint64_t faults = 0, asleep = 0;
-  const double solves = MeasureCosts(parts, cost_us);
-  Charge(parts);
-  if (!reports.empty()) rate_.Measured(solves, cost_us);
   for (const Part& part : parts) {
     for (const uint32_t k : part.cloths) {
       ClothRuntime& cloth = *part.request->work().cloths[k];
@@ -370,58 +375,42 @@ void DeviceLoop::Charge(const std::vector<Part>& parts) {
   charge();
 }
 
-double DeviceLoop::MeasureCosts(const std::vector<Part>& parts, double cost_us) {
-  std::vector<std::pair<ClothRuntime*, double>> stepped;
-  double total = 0;
-  for (const Part& part : parts) {
-    for (const uint32_t k : part.cloths) {
-      ClothRuntime& cloth = *part.request->work().cloths[k];
-      const double solves = cloth.solves_per_step();
-      if (solves == 0) continue;
-      stepped.emplace_back(&cloth, solves + kSolvesPerClothStep);
-      total += stepped.back().second;
-    }
+void DeviceLoop::MeasureCosts(const std::vector<Part>& parts,
+                              const std::vector<StepReport>& reports, double cost_us) {
+  std::vector<ClothCost> costs;
+  size_t next = 0;
+  for (const auto& cloth : ClothsOf(parts)) {
+    if (cloth->sleep().is_asleep()) continue;
+    const StepReport& report = reports[next++];
+    const double solves = cloth->solves_per_step();
+    if (solves == 0) continue;
+    costs.push_back({&cloth->cost(), solves, report.thread_us, report.is_undone});
   }
-  for (const auto& [cloth, solves] : stepped) cloth->cost().Measured(cost_us * solves / total);
-  return total;
+  if (!reports.empty()) rate_.Measured(ShareCost(costs, cost_us), cost_us);
 }
 
-void DeviceLoop::LookAtCloths(const std::vector<Part>& parts) {
+std::vector<DeviceLoop::Part> DeviceLoop::WithoutUndone(const std::vector<Part>& parts,
+                                                        std::vector<StepReport>& reports) const {
+  std::vector<Part> done = parts;
+  size_t next = 0;
+  for (Part& part : done) {
+    std::erase_if(part.cloths, [&](uint32_t k) {
+      ClothRuntime& cloth = *part.request->work().cloths[k];
+      const bool is_undone = !cloth.sleep().is_asleep() && reports[next++].is_undone;
+      if (is_undone) cloth.controls().SendAgain();
+      return is_undone;
+    });
+  }
+  std::erase_if(reports, [](const StepReport& report) { return report.is_undone; });
+  return done;
+}
+
+std::vector<std::shared_ptr<ClothRuntime>> DeviceLoop::ClothsOf(const std::vector<Part>& parts) {
   std::vector<std::shared_ptr<ClothRuntime>> cloths;
-  size_t particles = 0;
-  const auto look = [&] {
-    const trace::Span span("look");
-    const ClothSpan looked_at(cloths);
-    SharedRead read(backend_, {&looked_at, 1}, {true, false}, RowsAre::kParticles);
-    const StateColumns state = std::move(read.Take()[0]);
-    size_t first_row = 0;
-    for (const auto& cloth : cloths) {
-      cloth->sleep().Look(state.positions_m, first_row, cloth->particle_count());
-      first_row += cloth->particle_count();
-    }
-    cloths.clear();
-    particles = 0;
-  };
   for (const Part& part : parts) {
-    for (const uint32_t k : part.cloths) {
-      const auto& cloth = part.request->work().cloths[k];
-      if (!cloth->sleep().wants_look()) continue;
-      cloths.push_back(cloth);
-      particles += cloth->particle_count();
-      if (particles >= kMaxParticlesPerLook) look();
-    }
+    for (const uint32_t k : part.cloths) cloths.push_back(part.request->work().cloths[k]);
   }
-  if (!cloths.empty()) look();
-  std::vector<ClothWorld*> worlds;  // once each, not once for each cloth in them
-  for (const Part& part : parts) {
-    for (const uint32_t k : part.cloths) {
-      const auto& world = part.request->work().cloths[k]->world();
-      if (world && (worlds.empty() || worlds.back() != world.get())) worlds.push_back(world.get());
-    }
-  }
-  std::ranges::sort(worlds);
-  worlds.erase(std::ranges::unique(worlds).begin(), worlds.end());
-  for (ClothWorld* const world : worlds) world->LevelWatches();
+  return cloths;
 }
 
 void DeviceLoop::BeginViews(Answers& ended) {

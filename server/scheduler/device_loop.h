@@ -122,10 +122,13 @@ class DeviceLoop {
                      double cost_us);
   // Tells the rates what was done for each tenant.
   void Charge(const std::vector<Part>& parts);
-  // Divides the cost of a batch among its cloths. Returns the solves that it may have made.
-  static double MeasureCosts(const std::vector<Part>& parts, double cost_us);
-  // Reads the positions of the cloths whose watch wants them, to find out whether they are at rest.
-  void LookAtCloths(const std::vector<Part>& parts);
+  // Divides the cost of a batch among its cloths.
+  void MeasureCosts(const std::vector<Part>& parts, const std::vector<StepReport>& reports,
+                    double cost_us);
+  // Without the cloths whose step was left undone, and their reports: their turn comes again.
+  std::vector<Part> WithoutUndone(const std::vector<Part>& parts,
+                                  std::vector<StepReport>& reports) const;
+  static std::vector<std::shared_ptr<ClothRuntime>> ClothsOf(const std::vector<Part>& parts);
   // Requests that ended together.
   struct Answer {
     StepWork work;

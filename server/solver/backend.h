@@ -190,6 +190,13 @@ class Backend {
 
   // One time step of every item, all at once. Faulted cloths are left as they are and reported so.
   virtual BatchReport Step(std::span<const StepItem> items) = 0;
+  // Step, but once `pause` is due steps that have not ended may be left undone
+  // (StepReport::is_undone), those of a world together: a step that takes longer than anybody
+  // expected ends there, and can be done by StepPiece. Its targets have to be told again. A backend
+  // that cannot leave a step undone takes all of them.
+  virtual BatchReport StepUntil(std::span<const StepItem> items, const Pause& /*pause*/) {
+    return Step(items);
+  }
   // Step for one cloth, or one world, whose step takes long, in pieces and with the same bits:
   // begins it, or goes on with it, until `pause` is due; none: it paused, and to readers the cloths
   // are as before. The items have every target (Track::SendAgain) and are otherwise the same in

@@ -138,23 +138,27 @@ class BackendPair final : public DeviceBackend {
   }
 
   BatchReport Step(std::span<const StepItem> items) override {
-    return StepBoth(items, [this](std::span<const StepItem> its, const auto& step_second) {
-      BatchReport batch = its.empty() ? BatchReport{} : first_->Step(its);
+    return StepUntil(items, Pause::Never());
+  }
+
+  BatchReport StepUntil(std::span<const StepItem> items, const Pause& pause) override {
+    return StepBoth(items, pause, [&](std::span<const StepItem> its, const auto& step_second) {
+      BatchReport batch = its.empty() ? BatchReport{} : first_->StepUntil(its, pause);
       step_second();
       return batch;
     });
   }
 
-  BatchReport StepAhead(std::span<const StepItem> items,
+  BatchReport StepAhead(std::span<const StepItem> items, const Pause& pause,
                         const std::function<void()>& meanwhile) override {
-    if (!RunsAhead()) return Step(items);
-    return StepBoth(items, [&](std::span<const StepItem> its, const auto& step_second) {
+    if (!RunsAhead()) return StepUntil(items, pause);
+    return StepBoth(items, pause, [&](std::span<const StepItem> its, const auto& step_second) {
       if (its.empty()) {
         meanwhile();
         step_second();
         return BatchReport{};
       }
-      return first_->device()->StepAhead(its, [&] {
+      return first_->device()->StepAhead(its, pause, [&] {
         meanwhile();
         step_second();
       });
@@ -319,7 +323,7 @@ class BackendPair final : public DeviceBackend {
   // `step(items, step_second)` steps those of the first backend, which may be none, and calls
   // step_second.
   template <class StepFirst>
-  BatchReport StepBoth(std::span<const StepItem> items, const StepFirst& step) {
+  BatchReport StepBoth(std::span<const StepItem> items, const Pause& pause, const StepFirst& step) {
     GoOver(items);
     std::vector<bool> is_second;
     std::vector<StepItem> first, second;
@@ -332,7 +336,7 @@ class BackendPair final : public DeviceBackend {
     if (second.empty()) {
       batch = step(elsewhere_ > 0 ? std::span<const StepItem>(first) : items, [] {});
     } else {
-      batch = step(first, [&] { of_second = second_->Step(second); });
+      batch = step(first, [&] { of_second = second_->StepUntil(second, pause); });
       batch = Merged(std::move(batch), std::move(of_second), is_second, RunsAhead());
     }
     NoteStep(items, batch.reports);
@@ -398,6 +402,7 @@ bool BackendPair::IsPulled(Cloth& cloth, const StepItem& item) {
 void BackendPair::NoteStep(std::span<const StepItem> items, std::span<const StepReport> reports) {
   for (size_t k = 0; k < items.size(); ++k) {
     const StepItem& item = items[k];
+    if (reports[k].is_undone) continue;
     const bool is_faulted = reports[k].fault != FaultReason::kNone;
     const bool is_plain = may_go_over_ == 0 && item.rest_lengths_m.empty();
     if (is_plain && !is_faulted) continue;

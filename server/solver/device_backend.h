@@ -38,9 +38,9 @@ class DeviceBackend : public Backend {
  public:
   // Whether the device works while the host does something else. If not, use Step.
   virtual bool RunsAhead() const = 0;
-  // Step for at least one item. If RunsAhead(), calls `meanwhile` once before it waits for the
+  // StepUntil for at least one item. If RunsAhead(), calls `meanwhile` once before it waits for the
   // device; `meanwhile` may take pending reads and must not call the backend otherwise.
-  virtual BatchReport StepAhead(std::span<const StepItem> items,
+  virtual BatchReport StepAhead(std::span<const StepItem> items, const Pause& pause,
                                 const std::function<void()>& meanwhile) = 0;
   // Whether steps can measure cloths at once, and tell the impulses of this one. False: what that
   // takes is being made beside the device thread, since the first call; ask again. A step that does

@@ -88,6 +88,10 @@ struct StepReport {
   uint32_t iteration_cap = 0;
   // Not computed: the cloth is at rest, and was measured when it fell asleep. Set by the scheduler.
   bool is_asleep = false;
+  // Left undone by Backend::StepUntil: nothing but thread_us is set, and the cloth is as before.
+  bool is_undone = false;
+  // What the step took of all threads that had part in it [us]; 0: the backend cannot tell.
+  double thread_us = 0;
   bool converged = true;  // every substep met the tolerance; true when the tolerance is 0
   FaultReason fault = FaultReason::kNone;
   StepWarnings warnings;

@@ -307,7 +307,7 @@ TEST(BackendPairAhead, CallsMeanwhileOnceWhoeverSteps) {
     std::vector<StepItem> items;
     for (const ClothHandle cloth : batch) items.push_back(ItemOf(cloth));
     int calls = 0;
-    const BatchReport report = pair->device()->StepAhead(items, [&] { ++calls; });
+    const BatchReport report = pair->device()->StepAhead(items, Pause::Never(), [&] { ++calls; });
     EXPECT_EQ(calls, 1) << batch.size();
     EXPECT_EQ(report.reports.size(), batch.size());
   }

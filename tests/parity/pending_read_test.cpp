@@ -44,7 +44,7 @@ void ExpectReadsOfTheirMoment(Backend& backend) {
   const auto read = BeginRead(backend, request);
   if (DeviceBackend* device = backend.device(); device != nullptr && device->RunsAhead()) {
     std::vector<StateColumns> taken;
-    device->StepAhead(items, [&] { taken.push_back(read->Take()); });
+    device->StepAhead(items, Pause::Never(), [&] { taken.push_back(read->Take()); });
     ASSERT_EQ(taken.size(), 1u);
     EXPECT_TRUE(AreSame(taken[0], now));
   } else {

@@ -168,6 +168,32 @@ TEST_P(StepPieces, ADroppedStepLeavesNothingBehind) {
   backend_.Destroy(neighbour_);
 }
 
+// A step that takes longer than it may is left undone, and so is one whose turn does not come.
+TEST_P(StepPieces, AreNotNeededForWhatWasLeftUndone) {
+  Scene scene = SizedCloth(3000);
+  Stir(scene, 0.2);
+  scene.parameters.settings.substeps = 500;
+  scene.parameters.settings.max_iterations = 20;
+  const ClothHandle plain = CreateCloth(backend_, scene);
+  const ClothHandle undone = CreateCloth(backend_, scene);
+  const std::string before = ReadBits(backend_, undone);
+  const StepItem item{undone, scene.pin_targets_m, true};
+  const bool can_leave = GetParam() != "gl";
+  for (const auto time : {std::chrono::microseconds(0), std::chrono::microseconds(500)}) {
+    if (!can_leave) break;
+    const Pause pause = Pause::At(std::chrono::steady_clock::now() + time);
+    const StepReport report = backend_.StepUntil({&item, 1}, pause).reports[0];
+    EXPECT_TRUE(report.is_undone);
+    EXPECT_EQ(report.thread_us > 0, time.count() > 0);
+    EXPECT_TRUE(ReadBits(backend_, undone) == before);
+  }
+  const StepReport expected = StepAlone(backend_, plain, scene);
+  EXPECT_FALSE(expected.is_undone);
+  StepInPieces(item);
+  EXPECT_TRUE(ReadBits(backend_, undone) == ReadBits(backend_, plain));
+  for (const ClothHandle cloth : {plain, undone, neighbour_}) backend_.Destroy(cloth);
+}
+
 // The lengths at which a step begins are not those to which a dropped one went.
 TEST_P(StepPieces, DrivenLengthsBeginWhereTheLastStepEnded) {
   Scene scene = SizedCloth(1100);
@@ -184,6 +210,16 @@ TEST_P(StepPieces, DrivenLengthsBeginWhereTheLastStepEnded) {
   StepItem item{cloths[1], scene.pin_targets_m, false, longer_m};
   ASSERT_FALSE(backend_.StepPiece({&item, 1}, Pause::At({})).has_value());
   backend_.AbandonStep(cloths[1]);
+  if (GetParam() != "gl") {
+    ClothUpdate longer, as_before;
+    as_before.parameters = scene.parameters;
+    scene.parameters.settings.substeps = 2000;
+    longer.parameters = scene.parameters;
+    ASSERT_TRUE(backend_.Write(cloths[1], longer).ok());
+    const Pause soon = Pause::At(std::chrono::steady_clock::now() + std::chrono::microseconds(500));
+    ASSERT_TRUE(backend_.StepUntil({&item, 1}, soon).reports[0].is_undone);
+    ASSERT_TRUE(backend_.Write(cloths[1], as_before).ok());
+  }
   for (const ClothHandle cloth : cloths) {
     item.cloth = cloth;
     backend_.Step({&item, 1});

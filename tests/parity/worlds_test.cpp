@@ -81,6 +81,9 @@ TEST_P(WorldExactness, SameInPieces) {
     if (step == 3) {
       EXPECT_FALSE(backend->StepPiece(items, Pause::At({})).has_value());
       backend->AbandonStep(items[1].cloth);
+      for (const StepReport& report : backend->StepUntil(items, Pause::At({})).reports) {
+        EXPECT_TRUE(report.is_undone);
+      }
     }
     while (!backend->StepPiece(items, Pause::At({})).has_value()) ++pieces;
   }

@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
+
 namespace drape {
 namespace {
 
@@ -46,6 +48,49 @@ TEST(CostEstimate, WhatAStepMayCostIsNeverForgotten) {
   for (int k = 0; k < 1000; ++k) cost.Measured(10);
   const double solves = 2e7 / rate.us_per_solve();
   EXPECT_NEAR(cost.Expected_us(solves, true, rate), kLeastShareOfCost * 2e7, 1e4);
+}
+
+TEST(CostEstimate, AStepLeftUndoneCountsForMoreEachTime) {
+  const SolveRate rate;
+  CostEstimate cost;
+  cost.Measured(100);
+  cost.LeftUndone(30);  // it had hardly begun
+  EXPECT_EQ(cost.Expected_us(1, false, rate), 100);
+  for (double us = 400; us < 1e5; us *= 2) {
+    cost.LeftUndone(us / 2);
+    EXPECT_EQ(cost.Expected_us(1, false, rate), us);
+  }
+}
+
+TEST(CostEstimate, ABatchIsSharedByTheTimeOfItsThreads) {
+  const SolveRate rate;
+  CostEstimate heavy, light;
+  const std::array<ClothCost, 2> timed = {{{&heavy, 100, 3000, false}, {&light, 100, 1000, false}}};
+  EXPECT_EQ(ShareCost(timed, 2000), 200 + 2 * kSolvesPerClothStep);
+  EXPECT_EQ(heavy.Expected_us(1, false, rate), 1500);
+  EXPECT_EQ(light.Expected_us(1, false, rate), 500);
+}
+
+TEST(CostEstimate, ABatchIsSharedBySolvesWhereNobodyTellsTheTime) {
+  const SolveRate rate;
+  CostEstimate heavy, light;
+  const std::array<ClothCost, 2> untimed = {
+      {{&heavy, 2 * kSolvesPerClothStep, 0, false}, {&light, 0, 0, false}}};
+  EXPECT_EQ(ShareCost(untimed, 2000), 4 * kSolvesPerClothStep);
+  EXPECT_EQ(heavy.Expected_us(1, false, rate), 1500);
+  EXPECT_EQ(light.Expected_us(1, false, rate), 500);
+}
+
+// Its time is not that of its step, and it made no solves.
+TEST(CostEstimate, WhatWasLeftUndoneIsNoMeasurement) {
+  const SolveRate rate;
+  CostEstimate done, undone, waiting;
+  const std::array<ClothCost, 3> cloths = {
+      {{&done, 0, 1000, false}, {&undone, 1e9, 3000, true}, {&waiting, 1e9, 0, true}}};
+  EXPECT_EQ(ShareCost(cloths, 2000), kSolvesPerClothStep);
+  EXPECT_EQ(done.Expected_us(1, false, rate), 500);
+  EXPECT_EQ(undone.Expected_us(1, false, rate), 6000);
+  EXPECT_NEAR(waiting.Expected_us(1, false, rate), kSolvesPerClothStep * rate.us_per_solve(), 1);
 }
 
 }  // namespace

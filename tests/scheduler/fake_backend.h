@@ -87,6 +87,13 @@ class FakeDevice {
   void OnItem(std::function<void(ClothHandle)> hook) {
     Locked([&] { on_item_ = std::move(hook); });
   }
+  // StepUntil leaves the next steps of these cloths undone, so many of each, after 200 ms of a
+  // thread.
+  void LeaveUndone(const std::vector<ClothHandle>& cloths, int times) {
+    Locked([&] {
+      for (const ClothHandle cloth : cloths) undone_[cloth.slot] = times;
+    });
+  }
   // Steps that are done in pieces take so many from now on.
   void StepInPieces(size_t pieces) {
     Locked([&] { pieces_per_step_ = pieces; });
@@ -149,6 +156,7 @@ class FakeDevice {
   size_t pieces_per_step_ = 1;
   size_t pieces_ = 0;
   std::map<uint32_t, size_t> under_way_;  // pieces done, by slot
+  std::map<uint32_t, int> undone_;       // steps to leave undone, by slot
   size_t abandoned_ = 0;
   std::vector<FakeBatch> batches_;
   std::vector<size_t> reads_;
@@ -230,6 +238,24 @@ class FakeBackend final : public DeviceBackend {
     return batch;
   }
 
+  BatchReport StepUntil(std::span<const StepItem> items, const Pause& pause) override {
+    if (pause.is_never()) return Step(items);
+    std::vector<StepItem> done;
+    std::vector<StepReport> reports(items.size());
+    for (size_t k = 0; k < items.size(); ++k) {
+      reports[k].is_undone = device_->Locked([&] { return device_->undone_[items[k].cloth.slot]-- > 0; });
+      reports[k].thread_us = 2e5;
+      if (!reports[k].is_undone) done.push_back(items[k]);
+    }
+    BatchReport batch = Step(done);
+    size_t next = 0;
+    for (StepReport& report : reports) {
+      if (!report.is_undone) report = batch.reports[next++];
+    }
+    batch.reports = std::move(reports);
+    return batch;
+  }
+
   // The time of a step passes with its last piece.
   std::optional<BatchReport> StepPiece(std::span<const StepItem> items, const Pause&) override {
     CheckThread();
@@ -247,9 +273,9 @@ class FakeBackend final : public DeviceBackend {
     device_->Locked([&] { device_->abandoned_ += device_->under_way_.erase(cloth.slot); });
   }
 
-  BatchReport StepAhead(std::span<const StepItem> items,
+  BatchReport StepAhead(std::span<const StepItem> items, const Pause& pause,
                         const std::function<void()>& meanwhile) override {
-    BatchReport batch = Step(items);
+    BatchReport batch = StepUntil(items, pause);
     meanwhile();
     return batch;
   }

@@ -29,6 +29,45 @@ TEST_F(LongStepsTest, OthersAreSteppedBetweenThePiecesOfALongStep) {
   EXPECT_EQ(outcomes_["heavy"].cloths[0].stamp.completed_steps, 2u);
 }
 
+// Nobody expected the step to take long: it is left undone, and then done in pieces.
+TEST_F(LongStepsTest, AStepThatTakesTooLongIsDoneInPieces) {
+  const auto heavy = Cloth({0}), light = Cloth();
+  device_->LeaveUndone({heavy->handle()}, 1);
+  device_->StepInPieces(5);
+  StepWork work = Work("heavy", {heavy}, 2);
+  work.controls.pins.push_back({0, {.particle = 0, .target_m = Vector3d(7, 0, 0)}});
+  Admit(std::move(work));
+  Admit(Work("light", {light}, 4));
+  loop_->RunRound();
+  EXPECT_EQ(light->now().completed_steps, 1u);
+  EXPECT_EQ(heavy->now().completed_steps, 0u);
+  EXPECT_EQ(device_->batches().back().size(), 1u);
+  RunAll();
+  EXPECT_EQ(ended_, (std::vector<std::string>{"light", "heavy"}));
+  EXPECT_GE(device_->pieces(), 5u);
+  EXPECT_EQ(heavy->now().completed_steps, 2u);
+  EXPECT_EQ(outcomes_["heavy"].cloths[0].stamp.completed_steps, 2u);
+  EXPECT_EQ(outcomes_["light"].cloths[0].stamp.completed_steps, 4u);
+  // What the step that was left undone had been told is told again.
+  size_t moved = 0;
+  for (const FakeBatch& batch : device_->batches()) {
+    for (const auto& item : batch) moved += item.pin_targets_m == std::vector<Vector3d>{{7, 0, 0}};
+  }
+  EXPECT_GE(moved, 1u);
+}
+
+// What a batch left before it had begun is no longer for that: its turn comes again.
+TEST_F(LongStepsTest, ManyMayBeLeftUndone) {
+  const auto a = Cloth(), b = Cloth(), c = Cloth(), d = Cloth();
+  device_->LeaveUndone({a->handle(), c->handle(), d->handle()}, 2);
+  Admit(Work("x", {a, b}, 3));
+  Admit(Work("y", {c}, 3));
+  Admit(Work("y", {d}, 3));
+  RunAll();
+  for (const auto& cloth : {a, b, c, d}) EXPECT_EQ(cloth->now().completed_steps, 3u);
+  EXPECT_EQ(outcomes_["x"].cloths[1].stamp.completed_steps, 3u);
+}
+
 TEST_F(LongStepsTest, CancellingStopsALongStepAtTheNextPiece) {
   const auto heavy = Cloth({0});
   TakeFor({heavy}, 1'000'000);

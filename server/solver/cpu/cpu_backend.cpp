@@ -9,8 +9,8 @@
 #include <algorithm>
 #include <atomic>
 #include <chrono>
+#include <cmath>
 #include <deque>
-#include <fstream>
 #include <memory>
 #include <new>
 #include <numeric>
@@ -21,6 +21,7 @@
 
 #include "server/solver/cpu/alone/cloth_step.h"
 #include "server/solver/cpu/alone/self_contacts.h"
+#include "server/solver/cpu/arithmetic.h"
 #include "server/solver/cpu/cloth_slots.h"
 #include "server/solver/cpu/cpu_cloth.h"
 #include "server/solver/cpu/model/float_model.h"
@@ -36,16 +37,6 @@
 namespace drape {
 namespace cpu {
 namespace {
-
-// "model name" of the first processor, or "CPU" where the system does not tell.
-std::string ProcessorName() {
-  std::ifstream file("/proc/cpuinfo");
-  for (std::string line; std::getline(file, line);) {
-    const size_t colon = line.find(": ");
-    if (line.starts_with("model name") && colon != std::string::npos) return line.substr(colon + 2);
-  }
-  return "CPU";
-}
 
 Status OutOfMemory() {
   return {StatusCode::kResourceExhausted, "DEVICE_MEMORY",
@@ -66,7 +57,7 @@ class CpuBackend final : public Backend {
   }
 
   BackendDescription Describe() const override {
-    const std::string arithmetic = ProcessorName() + ", " + LanesText();
+    const std::string arithmetic = ArithmeticOf(lane_count_);
     return {.name = "cpu",
             .device = std::to_string(thread_count_) +
                       (thread_count_ == 1 ? " core, " : " cores, ") + arithmetic,
@@ -105,11 +96,15 @@ class CpuBackend final : public Backend {
   }
 
   BatchReport Step(std::span<const StepItem> items) override {
+    return StepUntil(items, Pause::Never());
+  }
+
+  BatchReport StepUntil(std::span<const StepItem> items, const Pause& pause) override {
     const auto start = std::chrono::steady_clock::now();
     BatchReport batch;
     batch.reports.resize(items.size());
-    StepOnAllThreads(items, batch.reports);
-    batch.device_us = UsSince(start);
+    StepOnAllThreads(items, pause, batch.reports);
+    batch.device_us = std::lround(UsSince(start));
     return batch;
   }
 
@@ -134,7 +129,7 @@ class CpuBackend final : public Backend {
       EndSelfContacts(*cloths[k], batch.reports[k], step->scratches[k]);
       EndStep(*cloths[k], batch.reports[k]);
     }
-    batch.device_us = UsSince(start);
+    batch.device_us = std::lround(UsSince(start));
     return batch;
   }
 
@@ -194,16 +189,9 @@ class CpuBackend final : public Backend {
   }
 
  private:
-  static int64_t UsSince(std::chrono::steady_clock::time_point start) {
-    return std::chrono::duration_cast<std::chrono::microseconds>(std::chrono::steady_clock::now() -
-                                                                 start)
-        .count();
-  }
-
-  // "16 lanes (AVX3)", "no lanes"
-  std::string LanesText() const {
-    if (lane_count_ == 1) return "no lanes";
-    return std::to_string(lane_count_) + " lanes (" + SupportedLanes().name + ")";
+  static double UsSince(std::chrono::steady_clock::time_point start) {
+    const std::chrono::duration<double, std::micro> time = std::chrono::steady_clock::now() - start;
+    return time.count();
   }
 
   // Working memory of one thread, apart from that of others.
@@ -218,6 +206,7 @@ class CpuBackend final : public Backend {
   // Shared by the threads while they step a batch.
   struct SharedBatch {
     std::span<const StepItem> items;
+    const Pause& pause;
     const std::vector<StepGroup> groups;
     const std::vector<std::unique_ptr<StepTeam>> teams;  // of each group; null: one thread's work
     std::vector<StepReport>& reports;                    // of each item
@@ -284,14 +273,15 @@ class CpuBackend final : public Backend {
     return teams;
   }
 
-  void StepOnAllThreads(std::span<const StepItem> items, std::vector<StepReport>& reports) {
+  void StepOnAllThreads(std::span<const StepItem> items, const Pause& pause,
+                        std::vector<StepReport>& reports) {
     std::vector<StepGroup> groups = GroupsOf(items);
     std::vector<std::unique_ptr<StepTeam>> teams = TeamsOf(items, groups);
     const bool has_team = std::any_of(teams.begin(), teams.end(),
                                       [](const auto& team) -> bool { return team != nullptr; });
     const size_t all = static_cast<size_t>(thread_count_);
     const size_t threads = has_team ? all : std::min(all, groups.size());
-    SharedBatch batch{items, std::move(groups), std::move(teams), reports};
+    SharedBatch batch{items, pause, std::move(groups), std::move(teams), reports};
     arena_.execute([&] {
       tbb::parallel_for(
           tbb::blocked_range<size_t>(0, threads, 1),
@@ -330,11 +320,15 @@ class CpuBackend final : public Backend {
   // Touches only the cloths of the group and this thread's scratch memory.
   void StepOnThisThread(SharedBatch& batch, size_t index) {
     const StepGroup& group = batch.groups[index];
-    if (group.size() > 1 && !IsWorld(batch.items, group)) return StepSideBySide(batch, group);
     const TeamLead lead{batch.teams[index].get()};
-    StepTogether(batch.items.subspan(group[0], group.size()),
-                 lead.team != nullptr ? *lead.team : ScratchOfThisThread().alone,
-                 std::span(batch.reports).subspan(group[0], group.size()));
+    if (batch.pause.IsDue()) {
+      for (const uint32_t k : group) batch.reports[k].is_undone = true;
+    } else if (group.size() > 1 && !IsWorld(batch.items, group)) {
+      StepSideBySide(batch, group);
+    } else {
+      StepTogether(batch, group[0], group.size(),
+                   lead.team != nullptr ? *lead.team : ScratchOfThisThread().alone);
+    }
   }
 
   // Cloths of a group that may touch something, or leave their expected flight, are stepped alone.
@@ -352,19 +346,19 @@ class CpuBackend final : public Backend {
       by_themselves.insert(by_themselves.end(), in_lanes.begin(), in_lanes.end());
       cloths.clear();
     }
+    const auto start = std::chrono::steady_clock::now();
     if (!cloths.empty()) StepCloths(cloths, ScratchOfThisThread().lanes);
+    const double us_per_lane = UsSince(start) / static_cast<double>(cloths.size());
     for (size_t lane = 0; lane < cloths.size(); ++lane) {
       const uint32_t k = in_lanes[lane];
       if (cloths[lane].must_be_alone) {
         by_themselves.push_back(k);
       } else {
         batch.reports[k] = EndLane(cloths_.At(items[k].cloth), cloths[lane]);
+        batch.reports[k].thread_us = us_per_lane;
       }
     }
-    for (const uint32_t k : by_themselves) {
-      StepTogether(items.subspan(k, 1), ScratchOfThisThread().alone,
-                   std::span(batch.reports).subspan(k, 1));
-    }
+    for (const uint32_t k : by_themselves) StepTogether(batch, k, 1, ScratchOfThisThread().alone);
   }
 
   // The cloth of an item as the next lane has it; none: in this step it may touch itself, or its
@@ -404,9 +398,11 @@ class CpuBackend final : public Backend {
     return true;
   }
 
-  // One cloth, or all of a world.
-  void StepTogether(std::span<const StepItem> items, StepTeam& team,
-                    std::span<StepReport> reports) {
+  // One cloth, or all of a world: so many items from the first on.
+  void StepTogether(SharedBatch& batch, size_t first, size_t count, StepTeam& team) {
+    const auto start = std::chrono::steady_clock::now();
+    const std::span<const StepItem> items = batch.items.subspan(first, count);
+    const std::span<StepReport> reports = std::span(batch.reports).subspan(first, count);
     const std::vector<Cloth*> cloths = ClothsOf(items);
     ThreadScratch& scratch = ScratchOfThisThread();
     if (scratch.of_world.size() + 1 < cloths.size()) scratch.of_world.resize(cloths.size() - 1);
@@ -419,11 +415,17 @@ class CpuBackend final : public Backend {
     std::vector<SteppedCloth> stepped = SteppedOf(cloths, items, team, scratches);
     if (is_faulted) return MeasureFaulted(cloths, stepped, reports);
     StepProgress progress;
-    ContinueStep(stepped, progress, Pause::Never());
+    const bool is_done = ContinueStep(stepped, progress, batch.pause);
     for (size_t k = 0; k < cloths.size(); ++k) {
-      reports[k] = progress.cloths[k].report;
-      EndSelfContacts(*cloths[k], reports[k], *scratches[k]);
-      EndStep(*cloths[k], reports[k]);
+      if (is_done) {
+        reports[k] = progress.cloths[k].report;
+        EndSelfContacts(*cloths[k], reports[k], *scratches[k]);
+        EndStep(*cloths[k], reports[k]);
+      } else {
+        reports[k].is_undone = true;
+        DropTargets(*cloths[k]);
+      }
+      reports[k].thread_us = team.member_count() * UsSince(start) / static_cast<double>(count);
     }
   }
 

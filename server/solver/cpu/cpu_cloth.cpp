@@ -144,8 +144,12 @@ void Abandon(Cloth& cloth) {
   const std::shared_ptr<LongStep> step = cloth.long_step;
   for (Cloth* const each : step->cloths) {
     each->long_step = nullptr;
-    if (each->own_lengths) each->own_lengths->targets = each->own_lengths->starts;
+    DropTargets(*each);
   }
+}
+
+void DropTargets(Cloth& cloth) {
+  if (cloth.own_lengths) cloth.own_lengths->targets = cloth.own_lengths->starts;
 }
 
 void SetTargets(Cloth& cloth, const StepItem& item) {

@@ -89,6 +89,8 @@ std::optional<OwnLengths> ToOwnLengths(std::span<const double> rest_lengths_m,
 
 // Drops a step that was done in pieces, for all that take part.
 void Abandon(Cloth& cloth);
+// Lengths are what they were when a step began that is dropped.
+void DropTargets(Cloth& cloth);
 
 // Sets the targets of pins, lengths and colliders in a step that begins.
 void SetTargets(Cloth& cloth, const StepItem& item);

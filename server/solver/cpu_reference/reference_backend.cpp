@@ -56,13 +56,16 @@ class ReferenceBackend final : public Backend {
   }
 
   BatchReport Step(std::span<const StepItem> items) override {
+    return StepUntil(items, Pause::Never());
+  }
+
+  BatchReport StepUntil(std::span<const StepItem> items, const Pause& pause) override {
     const auto start = Clock::now();
     BatchReport batch;
     while (!items.empty()) {
       const std::span<const StepItem> together = items.first(WorldSize(items));
       items = items.subspan(together.size());
-      for (const StepItem& item : together) AbandonStep(item.cloth);
-      const auto reports = *MakeStep(together)->Continue(Pause::Never());
+      const auto reports = StepTogether(together, pause);
       batch.reports.insert(batch.reports.end(), reports.begin(), reports.end());
     }
     batch.device_us = UsSince(start);
@@ -95,8 +98,7 @@ class ReferenceBackend final : public Backend {
     const std::shared_ptr<LongStep> step = found->second;
     for (const ClothHandle each : step->cloths) {
       steps_under_way_.erase(each);
-      ReferenceCloth& cloth = Find(each);
-      cloth.rest_length_targets_m = cloth.rest_lengths_m;
+      DropTargets(Find(each));
     }
   }
 
@@ -147,6 +149,29 @@ class ReferenceBackend final : public Backend {
     std::vector<ClothHandle> cloths;
     std::unique_ptr<ReferenceStep> step;
   };
+
+  // Lengths are what they were when a step began that is dropped.
+  static void DropTargets(ReferenceCloth& cloth) {
+    cloth.rest_length_targets_m = cloth.rest_lengths_m;
+  }
+
+  // One cloth or one world.
+  std::vector<StepReport> StepTogether(std::span<const StepItem> items, const Pause& pause) {
+    const auto start = Clock::now();
+    std::vector<StepReport> undone(items.size());
+    for (StepReport& report : undone) report.is_undone = true;
+    if (pause.IsDue()) return undone;
+    for (const StepItem& item : items) AbandonStep(item.cloth);
+    std::optional<std::vector<StepReport>> reports = MakeStep(items)->Continue(pause);
+    if (!reports) {
+      for (const StepItem& item : items) DropTargets(Find(item.cloth));
+      reports = std::move(undone);
+    }
+    for (StepReport& report : *reports) {
+      report.thread_us = static_cast<double>(UsSince(start)) / static_cast<double>(items.size());
+    }
+    return *std::move(reports);
+  }
 
   // Of one cloth or one world, whose targets are set.
   std::unique_ptr<ReferenceStep> MakeStep(std::span<const StepItem> items) {

@@ -67,8 +67,10 @@ class GlBackend final : public DeviceBackend {
                              const ClothParameters& parameters,
                              const ParticleState& state) override;
   void Destroy(ClothHandle handle) override;
-  BatchReport Step(std::span<const StepItem> items) override { return StepAhead(items, nullptr); }
-  BatchReport StepAhead(std::span<const StepItem> items,
+  BatchReport Step(std::span<const StepItem> items) override {
+    return StepAhead(items, Pause::Never(), nullptr);
+  }
+  BatchReport StepAhead(std::span<const StepItem> items, const Pause&,
                         const std::function<void()>& meanwhile) override;
   std::optional<BatchReport> StepPiece(std::span<const StepItem> items,
                                        const Pause& pause) override;
@@ -102,8 +104,7 @@ class GlBackend final : public DeviceBackend {
   // Of a cloth that touches itself and begins a step: what crosses.
   void FindCrossingParts(GlCloth& cloth);
   void MeasureSelfContacts(std::span<const StepItem> items, BatchReport& report);
-  // Makes room for the impulses of a cloth. What steps gave, while the schemes are those of the
-  // steps.
+  // Room for the impulses of a cloth; what steps gave, while the schemes are those of the steps.
   bool HasRoomForImpulses(ClothHandle handle);
   void ReadImpulses(std::span<const StepItem> items, BatchReport& report);
   // Steps those of the items again that must be.
@@ -275,7 +276,7 @@ void GlBackend::SetTargets(const StepItem& item, GlCloth& cloth) {
   FindCrossingParts(cloth);
 }
 
-BatchReport GlBackend::StepAhead(std::span<const StepItem> items,
+BatchReport GlBackend::StepAhead(std::span<const StepItem> items, const Pause&,
                                  const std::function<void()>& meanwhile) {
   device_.context->MakeCurrent();
   for (const StepItem& item : items) {
@@ -492,9 +493,8 @@ Result<std::unique_ptr<Backend>> CreateGlBackend(const GlBackendOptions& options
 
 Result<std::unique_ptr<Backend>> CreateTunedGlBackend(const GlBackendOptions& options,
                                                       const GlTuning& tuning) {
-  Result<GlDevice> device = GlDevice::Open(options, tuning);
-  if (!device.ok()) return device.status();
-  return std::unique_ptr<Backend>(std::make_unique<GlBackend>(std::move(device).value()));
+  DRAPE_ASSIGN_OR_RETURN(GlDevice device, GlDevice::Open(options, tuning));
+  return std::unique_ptr<Backend>(std::make_unique<GlBackend>(std::move(device)));
 }
 
 }  // namespace drape
