@@ -156,7 +156,7 @@ class FakeDevice {
   size_t pieces_per_step_ = 1;
   size_t pieces_ = 0;
   std::map<uint32_t, size_t> under_way_;  // pieces done, by slot
-  std::map<uint32_t, int> undone_;       // steps to leave undone, by slot
+  std::map<uint32_t, int> undone_;        // steps to leave undone, by slot
   size_t abandoned_ = 0;
   std::vector<FakeBatch> batches_;
   std::vector<size_t> reads_;
@@ -243,7 +243,8 @@ class FakeBackend final : public DeviceBackend {
     std::vector<StepItem> done;
     std::vector<StepReport> reports(items.size());
     for (size_t k = 0; k < items.size(); ++k) {
-      reports[k].is_undone = device_->Locked([&] { return device_->undone_[items[k].cloth.slot]-- > 0; });
+      reports[k].is_undone =
+          device_->Locked([&] { return device_->undone_[items[k].cloth.slot]-- > 0; });
       reports[k].thread_us = 2e5;
       if (!reports[k].is_undone) done.push_back(items[k]);
     }

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <random>
 
@@ -69,6 +70,35 @@ TEST(ExactOrientation, AnEdgeCrossesATriangleOrItsBorderButNotBeside) {
   EXPECT_FALSE(Crosses(Point(-1, 0.2, 0), Point(1, 0.2, 0), a, b, c));
 }
 
+// Few small numbers, shifted and shrunk so that rounding matters: most points lie in planes and on
+// lines of others.
+TEST(ExactOrientation, CrossingIsThatOfIntegers) {
+  std::mt19937 random(4);
+  std::uniform_int_distribution<int> coordinate(0, 4);
+  constexpr double kUnit = 0x1p-40;
+  int crossing = 0, in_planes = 0;
+  for (int trial = 0; trial < 40000; ++trial) {
+    std::array<Point, 5> p;
+    const bool is_flat = trial % 2 == 0;
+    for (Point& point : p) {
+      const double x = coordinate(random), y = coordinate(random), z = coordinate(random);
+      point = Point(1 + kUnit * x, kUnit * y, kUnit * (is_flat ? x + y : z));
+    }
+    const auto [start, end, a, b, c] = p;
+    const auto side = [&](const Point& i, const Point& j, const Point& k, const Point& l) {
+      return ByIntegers({i, j, k, l}, kUnit);
+    };
+    const int sides[] = {side(start, end, a, b), side(start, end, b, c), side(start, end, c, a)};
+    const bool expected = side(a, b, c, start) * side(a, b, c, end) < 0 &&
+                          (std::ranges::min(sides) >= 0 || std::ranges::max(sides) <= 0);
+    EXPECT_EQ(Crosses(start, end, a, b, c), expected);
+    crossing += expected;
+    in_planes += side(a, b, c, start) == 0 && side(a, b, c, end) == 0;
+  }
+  EXPECT_GT(crossing, 1000);
+  EXPECT_GT(in_planes, 20000);
+}
+
 TEST(ExactOrientation, CountsTheSignsThatRoundingHides) {
   const auto exact = [](const Point& p, const Point& q, const Point& a, const Point& b,
                         const Point& c, bool crosses) {
@@ -79,7 +109,9 @@ TEST(ExactOrientation, CountsTheSignsThatRoundingHides) {
   const Point a(0, 0, 0), b(1, 0, 1), c(0, 1, 1);
   EXPECT_EQ(exact(Point(0.25, 0.25, 0), Point(0.25, 0.25, 2), a, b, c, true), 0u);
   EXPECT_EQ(exact(Point(0.25, 0.25, 0), Point(0.5, 0.25, 0.5), a, b, c, false), 0u);
-  // In the plane z = x + y, then in one across an axis, which needs no exact sign.
+  // In the plane z = x + y, beside the triangle and in it, then in one across an axis, which needs
+  // no exact sign.
+  EXPECT_EQ(exact(Point(0.75, 0.5, 1.25), Point(1, 0.25, 1.25), a, b, c, false), 0u);
   EXPECT_EQ(exact(Point(0.25, 0.25, 0.5), Point(0.5, 0.25, 0.75), a, b, c, false), 1u);
   EXPECT_EQ(exact(Point(0.25, 3, 0.5), Point(0.5, 3, 0.75), Point(0, 3, 0), Point(1, 3, 0),
                   Point(0, 3, 1), false),

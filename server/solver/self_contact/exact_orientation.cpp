@@ -117,6 +117,35 @@ std::optional<int> QuickOrientation(const Eigen::Vector3d& a, const Eigen::Vecto
   return std::nullopt;
 }
 
+// On which side of the line from a to b the point c lies, in the plane of two axes; 0: on it, or
+// rounding hides it.
+int QuickSide(const Eigen::Vector3d& a, const Eigen::Vector3d& b, const Eigen::Vector3d& c, int x,
+              int y) {
+  const double left = (a[x] - c[x]) * (b[y] - c[y]), right = (a[y] - c[y]) * (b[x] - c[x]);
+  const double size = std::fabs(left) + std::fabs(right);
+  // Shewchuk's bound for this formula is a little above 3 halves of epsilon.
+  if (std::fabs(left - right) <= 2 * std::numeric_limits<double>::epsilon() * size) return 0;
+  return left > right ? 1 : -1;
+}
+
+// Whether a side of the triangle is certainly between it and the edge, looked at along an axis:
+// then they do not meet, whatever their places along that axis. Most edges of a flat sheet are so
+// far from the triangles beside them.
+bool AreApartAlongAnAxis(const Eigen::Vector3d& p, const Eigen::Vector3d& q,
+                         const Eigen::Vector3d& a, const Eigen::Vector3d& b,
+                         const Eigen::Vector3d& c) {
+  const Eigen::Vector3d normal = (b - a).cross(c - a).cwiseAbs();
+  int axis = 0;
+  normal.maxCoeff(&axis);
+  const int x = (axis + 1) % 3, y = (axis + 2) % 3;
+  const int inside = QuickSide(a, b, c, x, y);
+  if (inside == 0) return false;
+  const auto is_beyond = [&](const Eigen::Vector3d& from, const Eigen::Vector3d& to) {
+    return QuickSide(from, to, p, x, y) == -inside && QuickSide(from, to, q, x, y) == -inside;
+  };
+  return is_beyond(a, b) || is_beyond(b, c) || is_beyond(c, a);
+}
+
 int CountedOrientation(const Eigen::Vector3d& a, const Eigen::Vector3d& b, const Eigen::Vector3d& c,
                        const Eigen::Vector3d& d, uint32_t& exact) {
   if (const std::optional<int> sign = QuickOrientation(a, b, c, d)) return *sign;
@@ -134,7 +163,9 @@ int Orientation(const Eigen::Vector3d& a, const Eigen::Vector3d& b, const Eigen:
 
 bool Crosses(const Eigen::Vector3d& p, const Eigen::Vector3d& q, const Eigen::Vector3d& a,
              const Eigen::Vector3d& b, const Eigen::Vector3d& c, uint32_t& exact) {
-  const int above = CountedOrientation(a, b, c, p, exact);
+  const std::optional<int> quick_above = QuickOrientation(a, b, c, p);
+  if (quick_above == 0 || (!quick_above && AreApartAlongAnAxis(p, q, a, b, c))) return false;
+  const int above = quick_above ? *quick_above : CountedOrientation(a, b, c, p, exact);
   if (above == 0 || above * CountedOrientation(a, b, c, q, exact) >= 0) return false;
   const int ab = CountedOrientation(p, q, a, b, exact);
   const int bc = CountedOrientation(p, q, b, c, exact);

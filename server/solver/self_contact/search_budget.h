@@ -38,7 +38,7 @@ inline SearchBudget SubstepBudget(const ContactSurface& surface) {
 // Of a search for crossings, once a step where something may cross; and of each of the two searches
 // for a report.
 inline SearchBudget ReportBudget(const ContactSurface& surface) {
-  constexpr size_t kOfSmallCloth = size_t{1} << 26, kPerParticle = 8192;
+  constexpr size_t kOfSmallCloth = size_t{1} << 26, kPerParticle = 4096;
   return SearchBudget(std::max(kOfSmallCloth, kPerParticle * surface.particle_count()));
 }
 
