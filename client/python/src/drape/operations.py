@@ -16,10 +16,12 @@ R = TypeVar("R")
 
 
 class Route(NamedTuple):
-    """For whom a request is: a session, and the `incarnation` of the server that the caller knows it from; "": any."""
+    """For whom a request is: a session, and the `incarnation` of the server that the caller knows it from; "": any.
+    name_of: what errors call a cloth (`row_names`)."""
 
     session: str = ""
     incarnation: str = ""
+    name_of: Callable[[int], str | None] | None = None
 
 
 class Unary(NamedTuple):

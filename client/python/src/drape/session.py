@@ -58,7 +58,8 @@ class SessionBase:
             columns.fill(request, {"environment_origins_m": origins})
         if transforms is not None:
             columns.fill(request, {"transforms": columns.shaped("transforms", transforms, (count, 7))})
-        response = yield Unary("CreateCloths", request, self._route, timeout_s)
+        route = self._route._replace(name_of=lambda cloth: f"cloth {cloth}" if cloth < request.count else None)
+        response = yield Unary("CreateCloths", request, route, timeout_s)
         return self._cloths_class(self, response.cloth_ids, response.shape, request.spec, origins)
 
     def _step(self, batches, steps: int = 1, *, report: bool = False, expected: int | None = None,
@@ -78,7 +79,8 @@ class SessionBase:
             columns.check_alike([block for blocks in taken.values() for block in blocks])
             for cloths in batches:
                 cloths._forget_states()
-            response = yield Unary("Step", together, self._route, timeout_s)
+            route = self._route._replace(name_of=lambda cloth: _name_among(batches, cloth))
+            response = yield Unary("Step", together, route, timeout_s)
         except errors.Error as error:
             for cloths, blocks in taken.items():
                 cloths._put_back(blocks, error)
@@ -179,6 +181,12 @@ class SessionBase:
         if it did not come back."""
         message = yield Unary("RenewSession", v1.RenewSessionRequest(name=self.name), Route(self.name))
         self._route = Route(self.name, message.incarnation)
+
+
+def _name_among(batches, cloth):
+    """What errors call a cloth of one of these; None of others."""
+    return next((f"cloth {batch._row_of[cloth]} of batches[{k}]" for k, batch in enumerate(batches) if cloth in batch._row_of),
+                None)
 
 
 class _Import:
