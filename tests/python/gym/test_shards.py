@@ -239,7 +239,7 @@ def kill_wrapped(env):
 
 
 @pytest.mark.parametrize("bad", [{"seed": -1}, {"seed": [1, 2, 3, 4, 5, -6]}, {"seed": [1]}, {"options": 3},
-                                 {"options": {"reset_mask": np.zeros(ENVS, bool)}}])
+                                 {"options": {"mask": np.ones(ENVS, bool)}}, {"options": {"reset_mask": np.zeros(ENVS, bool)}}])
 def test_a_refused_reset_changes_nothing(cluster, undisturbed, bad):
     """Neither what is seen nor what is done again after a loss."""
     env = make(max_episode_steps=4)

@@ -92,6 +92,17 @@ def test_bad_masks_are_refused(make, mask, error):
         env.reset(options={"reset_mask": mask})
 
 
+def test_a_misspelled_option_is_refused(make):
+    """Ignored, it would begin all episodes."""
+    env = make()
+    env.reset(seed=1)
+    env.step(actions(0))
+    with pytest.raises(ValueError, match="options: a reset has no option 'mask'; it has 'reset_mask'"):
+        env.reset(options={"mask": np.array([False, True, True])})
+    assert env.elapsed.tolist() == [1] * NUM
+    env.reset(options={})
+
+
 def test_seeds_are_per_environment(make):
     env = make()
     first, _ = env.reset(seed=5)

@@ -138,9 +138,12 @@ class ClothVectorEnv(VectorEnv):
 
     def reset(self, *, seed=None, options=None):
         """Begins episodes. seed: a whole number, of environment 0 (i has seed + i), or one for each; None: random numbers go
-        on. options: {"reset_mask": bool[n]} for some environments alone. Returns (observations, infos). Raises ValueError
-        and TypeError for wrong arguments, and what the server does."""
+        on. options: {"reset_mask": bool[n]} for some environments alone; there are no others. Returns (observations, infos).
+        Raises ValueError and TypeError for wrong arguments, and what the server does."""
         mask = checked_mask(options, self.num_envs)
+        unknown = [name for name in options or () if name != "reset_mask"]
+        if unknown:  # ignored, a misspelled mask would begin all episodes
+            raise ValueError(f"options: a reset has no option {unknown[0]!r}; it has 'reset_mask'")
         seeds = checked_seeds(seed, self.num_envs)
         if mask is None or not self._has_begun:
             mask = np.ones(self.num_envs, bool)
