@@ -118,7 +118,8 @@ class SessionBase:
             listed = yield from self._list()
             found = {cloth.id: cloth for cloth in listed}
         else:
-            found = yield from self._described(columns.cloth_ids("ids", ids).tolist())
+            named = columns.distinct("ids", columns.cloth_ids("ids", ids))
+            found = yield from self._described(named.tolist())
         if not found:
             raise errors.FailedPrecondition("the session has no cloths", reason="NO_CLOTHS")
         sizes = {cloth.shape.particles for cloth in found.values()}
