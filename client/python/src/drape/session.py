@@ -65,8 +65,14 @@ class SessionBase:
     def _step(self, batches, steps: int = 1, *, report: bool = False, expected: int | None = None,
               timeout_s: float | None = None) -> Operation[list[states.Answer]]:
         """Steps several `Cloths` of the session in one request, as the cloths of one world must be. An answer for each
-        of them, without states. Arguments as of `Cloths.step`, and what it says of controls that wait. Raises what it
-        does, FailedPrecondition (WORLD_INCOMPLETE), InvalidArgument for restarts of unlike kinds."""
+        of them, without states. Arguments as of `Cloths.step`, and what it says of controls that wait.
+
+        The backend `cpu` steps cloths of one size, settings and pins side by side, as many as it has lanes
+        (`client.info.device` says how many). Where fewer are alike, whatever batches they are in, a particle takes up to 3
+        times as long: `./run bench python --case sizes` measures it.
+
+        Raises what `Cloths.step` does, FailedPrecondition (WORLD_INCOMPLETE), InvalidArgument for restarts of unlike kinds.
+        """
         batches = self._batches(batches)
         if not batches:
             return []
