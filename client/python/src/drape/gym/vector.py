@@ -71,7 +71,7 @@ class ClothVectorEnv(VectorEnv):
             raise ValueError(f"max_episode_steps: a whole number >= 1, got {max_episode_steps!r}")
         if render_mode not in (None, *self.metadata["render_modes"]):
             raise ValueError(f"render_mode: None or one of {self.metadata['render_modes']}, got {render_mode!r}")
-        if not isinstance(num_envs, (int, np.integer)) or num_envs < 1:
+        if not isinstance(num_envs, (int, np.integer)) or isinstance(num_envs, bool) or num_envs < 1:
             raise ValueError(f"num_envs: a whole number >= 1, got {num_envs!r}")
         if not isinstance(autoreset_mode, AutoresetMode) and autoreset_mode not in [mode.value for mode in AutoresetMode]:
             raise ValueError(f"autoreset_mode: one of {[mode.value for mode in AutoresetMode]}, got {autoreset_mode!r}")
@@ -85,11 +85,15 @@ class ClothVectorEnv(VectorEnv):
         self.render_mode = render_mode
         self._horizon = max_episode_steps or self.horizon
         backend = backend or ("cpu" if self.touches_itself else "auto")
-        self._owned = _launch(backend, threads) if client is None else None
-        self._session = (client or self._owned).session(display_name=type(self).__name__)
         self.pickers = Pickers((0, self.side - 1), self.picker_step_m, self.picker_radius_m, [-1.0, 0.0, -1.0],
                                [1.0, 1.0, 1.0])
-        self.cloths = self._session.create(self._spec(), num_envs)
+        self._owned = _launch(backend, threads) if client is None else None
+        self._session = (client or self._owned).session(display_name=type(self).__name__)
+        try:
+            self.cloths = self._session.create(self._spec(), num_envs)
+        except BaseException:  # the server would live as long as somebody keeps the error
+            self.close_extras()
+            raise
         self.pickers.attach(self.cloths)
         self._shown = self._keypoints() if observation == "keypoints" else np.arange(self.cloths.particles)
         self._make_spaces()
