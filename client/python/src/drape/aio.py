@@ -349,6 +349,7 @@ class Session(SessionBase):
 
     async def close(self):
         """Deletes it on the server, if it was created here. May be called again."""
+        self._route = self._route._replace(is_closed=True)
         if self._end.detach():
             await _end(self._renewal, self._connection, self.name, self._is_owner)
 

@@ -142,6 +142,8 @@ class ConnectionBase:
         error = errors.from_rpc(rpc_error)
         if route is not None and route.name_of is not None:
             row_names.told_by_row(error, request, route.name_of)
+        if isinstance(error, errors.SessionLost) and route is not None and route.is_closed:
+            error.message += ": this program has closed it"
         if isinstance(error, errors.Unavailable) and self.server is not None:
             error.message += self.server.why_not()
         told = None if route is None else self.told_steps.get(route.session)

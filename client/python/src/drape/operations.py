@@ -17,11 +17,12 @@ R = TypeVar("R")
 
 class Route(NamedTuple):
     """For whom a request is: a session, and the `incarnation` of the server that the caller knows it from; "": any.
-    name_of: what errors call a cloth (`row_names`)."""
+    name_of: what errors call a cloth (`row_names`). is_closed: this program has closed the session."""
 
     session: str = ""
     incarnation: str = ""
     name_of: Callable[[int], str | None] | None = None
+    is_closed: bool = False
 
 
 class Unary(NamedTuple):

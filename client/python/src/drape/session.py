@@ -253,6 +253,7 @@ class Session(SessionBase):
 
     def close(self) -> None:
         """Deletes it on the server, if it was created here. May be called again."""
+        self._route = self._route._replace(is_closed=True)
         self._end()
 
     def __enter__(self) -> Session:
