@@ -219,6 +219,11 @@ def test_arguments_are_checked(name, value):
         Short(**{"num_envs": 1, name: value})
 
 
+def test_one_that_could_not_be_made_can_be_closed():
+    """As gymnasium 1.1 does when it is collected."""
+    Short.__new__(Short).close()
+
+
 def test_a_private_server_has_the_threads_that_are_asked_for():
     env = Short(1, backend="cpu", threads=1)
     command = pathlib.Path(f"/proc/{env._owned._connection.server.pid}/cmdline").read_text().split("\0")

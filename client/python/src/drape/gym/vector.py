@@ -44,6 +44,8 @@ class ClothVectorEnv(VectorEnv):
 
     metadata = {"render_modes": ["rgb_array"], "render_fps": 4}
 
+    _session = _owned = None  # of one that could not be made, which gymnasium closes when it is collected
+
     _stays = ("cloths", "_session", "_owned")  # what a snapshot leaves out: it belongs to a server
 
     # Of a task:
@@ -221,7 +223,8 @@ class ClothVectorEnv(VectorEnv):
 
     def close_extras(self, **_):
         """What `close()` ends: the session, and the private server."""
-        self._session.close()
+        if self._session is not None:
+            self._session.close()
         if self._owned is not None:
             self._owned.close()
 
