@@ -366,12 +366,19 @@ def test_errors_of_the_caller_are_raised(cluster):
         env.step(np.zeros((ENVS, 3)))
     with pytest.raises(ValueError, match="finite"):
         env.step(np.full((ENVS, 8), np.nan))
+    with pytest.raises(ValueError, match="actions: numbers of the shape .* got object"):
+        env.step(None)
+    with pytest.raises(ValueError, match="actions: numbers of the shape .* got <U1"):
+        env.step(np.full((ENVS, 8), "a"))
     assert env.recoveries == 0
     from drape.gym import DropFlat
     from drape.gym.shards import ShardedVectorEnv
 
     with pytest.raises(ValueError, match="shards"):
         ShardedVectorEnv(DropFlat, 2, shards=3)
+    for num_envs, shards in ((2, 1.5), (2, "1"), (2.5, 1), ("2", 1)):
+        with pytest.raises(ValueError, match="a whole number"):
+            ShardedVectorEnv(DropFlat, num_envs, shards=shards)
     with pytest.raises(ValueError, match="num_gpus"):
         ShardedVectorEnv(DropFlat, 2, shards=1, num_gpus=2)
     with pytest.raises(ValueError, match="snapshot_every: .*got 0"):

@@ -112,6 +112,8 @@ class ClothsBase(Controls, Pictures, SavedStates):
                 response = reader.response
         except errors.Error as error:
             self._put_back(taken, error)
+            if error.reason == "WORLD_INCOMPLETE":
+                error.message += "; session.step steps batches of one world"
             raise
         return self._take(response, rows, request, reader)
 

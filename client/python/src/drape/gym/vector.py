@@ -342,20 +342,24 @@ class ClothVectorEnv(VectorEnv):
     def _checked_actions(self, actions):
         if not self._has_begun:
             raise RuntimeError("reset() comes before the first step()")
-        actions = np.asarray(actions)
-        if actions.shape != self.action_space.shape or actions.dtype.kind not in "biuf":
-            raise ValueError(f"actions: numbers of the shape {self.action_space.shape} are needed, got {actions.dtype} of "
-                             f"the shape {actions.shape}")
-        actions = actions.astype(np.float64)
-        if not np.isfinite(actions).all():
-            raise ValueError("actions: every number must be finite")
-        return actions
+        return checked_actions(actions, self.action_space.shape)
 
 
 def _launch(backend, threads):
     flags = [] if threads is None else [f"--threads={threads}"]
     device = devices.assigned() if backend in ("auto", "gl") else None
     return drape.launch(backend, flags=flags if device is None else [*flags, f"--device={device}"])
+
+
+def checked_actions(actions, shape):
+    """`actions` as float64 of this shape."""
+    actions = np.asarray(actions)
+    if actions.shape != shape or actions.dtype.kind not in "biuf":
+        raise ValueError(f"actions: numbers of the shape {shape} are needed, got {actions.dtype} of the shape {actions.shape}")
+    actions = actions.astype(np.float64)
+    if not np.isfinite(actions).all():
+        raise ValueError("actions: every number must be finite")
+    return actions
 
 
 def checked_mask(options, count):
