@@ -206,6 +206,7 @@ def test_a_server_that_is_lost_while_it_gives_a_snapshot_is_recovered(cluster, u
 
 def test_a_snapshot_goes_on_where_the_device_is_another_one_with_a_warning(cluster, undisturbed):
     def task(num_envs, **arguments):
+        import drape
         from drape.gym import DropFlat
 
         class Elsewhere(DropFlat):  # which says so, though its bits are the same
