@@ -60,6 +60,11 @@ def blocking(operation: Callable[P, Operation[R]]) -> Callable[P, R]:
     return named(method, operation)  # type: ignore[return-value]
 
 
+def with_more(docstring, more):
+    """A docstring and a paragraph, which are indented alike only before Python 3.13."""
+    return f"{inspect.cleandoc(docstring or '')}\n\n{inspect.cleandoc(more)}"
+
+
 def named(method, operation):
     """`method` with the name and the signature that a user sees: without the underscore, with the result alone."""
     method.__name__ = operation.__name__.lstrip("_")

@@ -11,7 +11,7 @@ import numpy as np
 
 from . import checks, columns, errors, states, v1
 from .cloths import Cloths, ClothsBase
-from .operations import Operation, Route, Unary, blocking
+from .operations import Operation, Route, Unary, blocking, with_more
 
 _RENEWALS_PER_LEASE = 3  # two may be lost
 _MOST_ASKED_ALONE = 8  # more cloths are listed, up to 1000 in one request
@@ -223,12 +223,11 @@ def iter_of(call):
 
 
 class Session(SessionBase):
-    __doc__ = (SessionBase.__doc__ or "") + """
-
+    __doc__ = with_more(SessionBase.__doc__, """
     Made by `Client.session`. A thread renews the lease. `with`, `close()` and the end of the program delete a session
     that was created here, with its cloths; one that was attached by its name is left alone. lease_error: why renewing
     gave up (the session is gone), else None.
-    """
+    """)
 
     _cloths_class = Cloths
 
