@@ -68,7 +68,8 @@ Json RepairJson(const v1::MeshRepair& repair) {
           {"flipped_edges", repair.flipped_edges()},
           {"dropped_triangles", repair.dropped_triangles()},
           {"turned_triangles", repair.turned_triangles()},
-          {"non_manifold_edges", repair.non_manifold_edges()}};
+          {"non_manifold_edges", repair.non_manifold_edges()},
+          {"loose_vertices", repair.loose_vertices()}};
 }
 
 Json CorrectionJson(const v1::StartCorrection& correction) {
@@ -129,6 +130,7 @@ std::string RepairText(const v1::MeshRepair& repair) {
   AppendCount(repair.dropped_triangles(), "triangles left out", &text);
   AppendCount(repair.turned_triangles(), "triangles turned", &text);
   AppendCount(repair.non_manifold_edges(), "edges of more than two triangles", &text);
+  AppendCount(repair.loose_vertices(), "vertices of no triangle, which nothing holds", &text);
   if (repair.largest_shift_m() > 0) {
     char shift[64];
     std::snprintf(shift, sizeof(shift), "; no vertex moved farther than %.3g m",

@@ -35,7 +35,11 @@ def make_protocol(root):
     from grpc_tools import protoc
 
     # A source distribution has its own copy of the protocol, a checkout the one of the server.
-    protos = next(p for p in (root / "proto", root.parents[1] / "proto") if (p / "drape/v1").is_dir())
+    places = [folder / "proto" for folder in (root, *root.parents[1:2])]
+    protos = next((place for place in places if (place / "drape/v1").is_dir()), None)
+    if protos is None:
+        raise FileNotFoundError(f"the protocol is not in {' nor in '.join(map(str, places))}: client/python is installed from a "
+                                "checkout of the whole repository")
     files = sorted(str(p.relative_to(protos)) for p in (protos / "drape/v1").glob("*.proto"))
     out = root / "src/drape/v1"
     with tempfile.TemporaryDirectory() as scratch:

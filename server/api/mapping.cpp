@@ -37,6 +37,7 @@ v1::MeshRepair ToProto(const MeshRepairCounts& counts) {
   message.set_dropped_triangles(counts.dropped_triangles);
   message.set_turned_triangles(counts.turned_triangles);
   message.set_non_manifold_edges(counts.non_manifold_edges);
+  message.set_loose_vertices(counts.loose_vertices);
   return message;
 }
 

@@ -85,6 +85,7 @@ class Repair {
     }
     const size_t dropped = drawn_.triangles.size() - mesh_.triangles.size();
     counts_.dropped_triangles = static_cast<uint32_t>(dropped);
+    CountLooseVertices();
     return Renumbered();
   }
 
@@ -300,6 +301,16 @@ class Repair {
         std::swap(mesh_.triangles[t][1], mesh_.triangles[t][2]);
         ++counts_.turned_triangles;
       }
+    }
+  }
+
+  void CountLooseVertices() {
+    std::vector<bool> has_triangle(stands_for_.size());
+    for (const Triangle& triangle : mesh_.triangles) {
+      for (const uint32_t corner : triangle) has_triangle[corner] = true;
+    }
+    for (uint32_t v = 0; v < stands_for_.size(); ++v) {
+      counts_.loose_vertices += !has_triangle[Find(v)];
     }
   }
 

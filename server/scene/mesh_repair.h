@@ -33,6 +33,7 @@ struct MeshRepairCounts {
   uint32_t dropped_triangles = 0;   // without area, collapsed, drawn twice, caps at the border
   uint32_t turned_triangles = 0;    // wound against their neighbours
   uint32_t non_manifold_edges = 0;  // of more than two triangles; they stay
+  uint32_t loose_vertices = 0;      // of no triangle that is left, as drawn; they stay
 
   bool operator==(const MeshRepairCounts&) const = default;
 };

@@ -267,6 +267,18 @@ TEST_F(RunCommandTest, ReportsTrianglesThatWereLeftOut) {
   EXPECT_EQ(report["cloths"][0]["warnings"]["dropped_triangles"], 1);
 }
 
+TEST_F(RunCommandTest, TellsOfVerticesThatNoTriangleHas) {
+  WriteText(folder_ / "m.obj", "v 0 0 0\nv 1 0 0\nv 0 0 1\nv 2 0 0\nf 1 2 3\n");
+  WriteText(folder_ / "m.json",
+            R"({"name": "m", "time_step_s": 0.01, "duration_s": 0.02,
+                "cloths": [{"spec": {"mesh_file": "m.obj"}}]})");
+  const std::string path = folder_ / "r.json";
+  const Outcome outcome = Run({(folder_ / "m.json").string(), "--report=" + path});
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  EXPECT_THAT(outcome.out, HasSubstr("(1 vertices of no triangle, which nothing holds)"));
+  EXPECT_EQ(ordered_json::parse(ReadText(path))["cloths"][0]["mesh_repair"]["loose_vertices"], 1);
+}
+
 TEST_F(RunCommandTest, AFaultedClothEndsARunWithItsOwnCode) {
   const std::string scene = Write("scene.json", client_test::SceneWithAFault());
   const std::string path = folder_ / "r.json";

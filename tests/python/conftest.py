@@ -2,6 +2,7 @@
 
 import os
 import pathlib
+import signal
 import socket
 import subprocess
 import sys
@@ -12,6 +13,10 @@ import pytest
 
 import drape
 from drape import ClothSpec, Grid, Pin, StepSettings
+
+# A shell that starts the tests in the background has Ctrl-C ignored by them, and by the programs that they interrupt.
+if signal.getsignal(signal.SIGINT) == signal.SIG_IGN:
+    signal.signal(signal.SIGINT, signal.default_int_handler)
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 # The command line, of the build that ctest tests.

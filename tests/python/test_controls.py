@@ -15,6 +15,14 @@ def cloths(session):
     return session.create(sheet(pins=[], max_grips=2), count=2, origins=ORIGINS)
 
 
+def test_one_particle_for_two_grips_is_refused(cloths):
+    """One of them would stay open without a word. Of two cloths each has its own."""
+    with pytest.raises(drape.InvalidArgument, match="particles: 7 is given twice for one cloth"):
+        cloths.grip([0, 1], particles=[[6, 7], [7, 7]])
+    cloths.grip(0, particles=[[7], [7]])
+    assert cloths.step(grips=True).grips.particles.tolist() == [[7, -1]] * 2
+
+
 def test_a_grabbed_particle_moves_with_its_grip_and_falls_when_released(cloths):
     cloths.grip([0, 1], particles=[0, 5])  # at the particles themselves
     cloths.move_grips([0, 1], [[0, 0.1, 0], [1, 0.1, 0]])

@@ -1,3 +1,4 @@
+import asyncio
 import pickle
 import re
 import traceback
@@ -7,6 +8,7 @@ import pytest
 from google.rpc import error_details_pb2, status_pb2
 
 import drape
+import drape.aio
 from conftest import ROOT, sheet
 from drape import errors
 
@@ -105,6 +107,23 @@ def test_a_session_that_is_not_there_is_named_by_its_beginning(client):
     with pytest.raises(drape.SessionLost, match="no such session: 'sessions/no") as caught:
         client.session(name=name)
     assert name not in str(caught.value)
+
+
+def test_a_session_that_this_program_closed_is_told_so(client):
+    """Cloths outlive the `with` of their session."""
+
+    async def by_coroutines():
+        async with await drape.aio.connect(client.address) as other:
+            async with await other.session() as session:
+                cloths = await session.create(sheet())
+            await cloths.step()
+
+    with client.session() as session:
+        cloths = session.create(sheet())
+    for ask in (cloths.step, lambda: session.create(sheet()), lambda: next(cloths.frames()), lambda: cloths.pipeline(1).step(),
+                lambda: asyncio.run(by_coroutines())):
+        with pytest.raises(drape.SessionLost, match="no such session: this program has closed it"):
+            ask()
 
 
 def test_lost_sessions_and_cloths_are_lookup_errors(client):

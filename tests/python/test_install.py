@@ -3,6 +3,7 @@ says what to do."""
 
 import os
 import pathlib
+import runpy
 import subprocess
 import sys
 
@@ -41,6 +42,14 @@ def installed(checkout, tmp_path_factory):
 def environment(installed, **more):
     kept = {name: value for name, value in os.environ.items() if name != "DRAPE_SERVER"}
     return {**kept, "PYTHONPATH": str(installed), "PATH": "/nowhere", **more}
+
+
+def test_a_part_of_a_checkout_says_what_it_misses(tmp_path):
+    hook = runpy.run_path(str(ROOT / "client/python/hatch_build.py"))
+    alone = tmp_path / "client/python"
+    for root in (alone, pathlib.Path("/")):
+        with pytest.raises(FileNotFoundError, match="the protocol is not in .*proto.*: client/python is installed from a checkout"):
+            hook["make_protocol"](root)
 
 
 def test_a_copy_says_how_it_gets_a_server(installed, checkout):

@@ -70,6 +70,29 @@ def test_close_ends_it():
     assert not is_alive(pid)
 
 
+def test_nothing_is_left_open():
+    """Python tells of files that nobody closed, and pytest makes that the warning of some test of the user."""
+    program = """
+import gc, drape, drape.aio, asyncio
+for is_closed in (True, False):
+    client = drape.launch("cpu")
+    session = client.session()
+    client.close() if is_closed else None
+    del client, session
+    gc.collect()
+async def launched():
+    async with await drape.aio.launch("cpu") as client, await client.session():
+        pass
+asyncio.run(launched())
+try:
+    drape.launch("cpu", flags=["--bogus"])
+except drape.InvalidArgument:
+    pass
+"""
+    done = subprocess.run([sys.executable, "-X", "dev", "-c", program], capture_output=True, text=True, check=True)
+    assert "ResourceWarning" not in done.stderr
+
+
 def test_the_end_of_the_server_is_told_with_its_log():
     with drape.launch("cpu") as client:
         cloths = client.session().create(sheet())

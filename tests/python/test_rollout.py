@@ -116,6 +116,13 @@ def test_grips_grab_move_and_let_go(session):
     assert np.allclose(where, targets[0, 4, 0], atol=1e-5), "what is held is where the grip is"
 
 
+def test_one_particle_for_two_grips_is_refused(session):
+    cloths = session.create(sheet(max_grips=3))
+    with pytest.raises(drape.InvalidArgument, match="grip_particles: 9 is given twice for one cloth"):
+        cloths.rollout(2, grips=[0, 1, 2], grip_particles=[[8, 9, -1], [9, -1, 9]])
+    assert cloths.rollout(1, grips=[0, 1, 2], grip_particles=[-1, 9, -1])["step_count"] == 1
+
+
 def test_grips_go_on_holding(session):
     cloths = session.create(sheet(max_grips=1), count=2)
     cloths.grip([0], particles=[35])

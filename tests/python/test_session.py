@@ -196,7 +196,7 @@ def test_cloths_of_a_world_rest_on_each_other(client, session):
     upper = session.create(fallen(0.02, 8), world="heap")
     with pytest.raises(drape.FailedPrecondition, match=str(upper.ids[0])) as refused:
         lower.step()
-    assert refused.value.reason == "WORLD_INCOMPLETE"
+    assert refused.value.reason == "WORLD_INCOMPLETE" and "session.step steps batches of one world" in str(refused.value)
     answers = session.step([upper, lower], 60, report=True)
     assert [answer.step_count.tolist() for answer in answers] == [[60], [60]]
     assert answers[0].reports[0].cloth_id == upper.ids[0] and answers[1].reports[0].near_pairs > 0

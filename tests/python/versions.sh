@@ -9,6 +9,8 @@ wheel=$(ls "$source"/build/wheels/drape_sim-*.whl) || { echo "./run wheels comes
 old_grpcio=(grpcio==1.60.2)
 old_protobuf=(protobuf==4.25.8 googleapis-common-protos==1.62.0)
 old_others=(numpy==1.26.4 gymnasium==1.1.0 viser==1.0.28 trimesh==4.0.0 tqdm==4.60.0)
+# By which test_install builds the package.
+old_build=(hatchling==1.21.0 grpcio-tools==1.60.2)
 wire=()
 for test in v1 client errors retries connection columns views; do wire+=("$source/tests/python/test_$test.py"); done
 # The newest are in build/venv, by which ./run test --full does these.
@@ -27,8 +29,8 @@ tests() {
   (cd "$work" && "$work/$name/bin/python" -B -m pytest -q "${chosen[@]}")
 }
 
-tests oldest "$source/tests/python" -- "${old_grpcio[@]}" "${old_protobuf[@]}" "${old_others[@]}"
+tests oldest "$source/tests/python" -- "${old_grpcio[@]}" "${old_protobuf[@]}" "${old_others[@]}" "${old_build[@]}"
 tests oldest_proxied "${proxied[@]}" -- "${old_grpcio[@]}" "${old_protobuf[@]}" "${old_others[@]}"
-tests newest "$source/tests/python" --
+tests newest "$source/tests/python" -- hatchling grpcio-tools
 tests old_grpcio "${wire[@]}" -- "${old_grpcio[@]}"
 tests old_protobuf "${wire[@]}" -- "${old_protobuf[@]}"

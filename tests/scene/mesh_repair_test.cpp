@@ -229,6 +229,17 @@ TEST(MeshRepair, TrianglesDrawnTwiceAndThoseWithoutAreaGo) {
   EXPECT_EQ(OpposedEdges(repaired.mesh), 0);
 }
 
+// Three vertices that no triangle ever had, and one whose only triangle has no area.
+TEST(MeshRepair, VerticesOfNoTriangleStayAndAreCounted) {
+  TriangleMesh drawn = Sheet(3, 3);
+  const auto first = static_cast<uint32_t>(drawn.positions_m.size());
+  for (const double x : {2, 3, 4, 5}) drawn.positions_m.emplace_back(x, 1, 0);
+  drawn.triangles.push_back({0, first, first});
+  const RepairedMesh repaired = RepairMesh(drawn);
+  EXPECT_EQ(repaired.counts, (MeshRepairCounts{.dropped_triangles = 1, .loose_vertices = 4}));
+  EXPECT_EQ(repaired.mesh.positions_m, drawn.positions_m);
+}
+
 // Most are wound one way in each of two sheets, against each other.
 TEST(MeshRepair, WindingIsThatOfTheMostPartByPart) {
   TriangleMesh drawn = Sheet(6, 5);

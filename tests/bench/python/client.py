@@ -4,7 +4,7 @@ and sheets of other simulators.
 Writes results/MACHINE.md and the tables beside it. With --quick: few calls, no other simulators, results printed only.
 With --case NAME: that comparison alone, printed only; `envs` is that of the vector environments, `pictures` one of
 pictures, `impulses` of steps that tell their impulses, `large` of large answers in one message and in chunks, `peers` of
-other simulators. `viewer` (windows of `drape.viewer`), `ray` (shards on Ray), `recoveries` (of shards whose server,
+other simulators, `sizes` of cloths of unlike sizes. `viewer` (windows of `drape.viewer`), `ray` (shards on Ray), `recoveries` (of shards whose server,
 actor or node is killed) and `proxy` (calls through HAProxy) also write their table into results/. --device: of Newton,
 as Warp calls it.
 """
@@ -20,8 +20,9 @@ import sys
 import time
 
 import numpy as np
-import peers  # these four are beside this file
+import peers  # these five are beside this file
 import proxy
+import sizes
 from large_answers import large
 from python_client import SIDE, cpu_s, sheet
 
@@ -220,13 +221,14 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--quick", action="store_true")
     parser.add_argument("--case", choices=[*(case[0] for case in CASES), "envs", "pictures", "impulses", "viewer", "large",
-                                             "peers", "ray", "recoveries", "proxy"], default="")
+                                             "peers", "sizes", "ray", "recoveries", "proxy"], default="")
     parser.add_argument("--device", default="auto")
     arguments = parser.parse_args()
     with drape.launch("cpu") as client:
         device = client.info.device
         of_case = {"envs": lambda _: environments(arguments.quick), "pictures": pictures, "impulses": impulses, "viewer": viewer,
                    "large": large, "peers": lambda _: of_peers(arguments.device),
+                   "sizes": lambda client: sizes.measure(client, arguments.quick),
                    "ray": lambda _: shards("overhead", arguments.quick),
                    "recoveries": lambda _: shards("recoveries", arguments.quick),
                    "proxy": lambda _: proxy.measure(arguments.quick)}.get(arguments.case)

@@ -24,6 +24,7 @@ WAIT_S = 120
 
 @pytest.fixture(scope="module")
 def cluster():
+    os.environ.setdefault("RAY_worker_niceness", "0")  # 15 by default: anything else on the machine would go first
     os.environ["RAY_AUTH_MODE"] = "disabled"  # nobody else reaches it, and it would keep a token in the home folder
     ray.init(num_cpus=2, include_dashboard=False, log_to_driver=False)
     yield

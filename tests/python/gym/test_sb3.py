@@ -75,6 +75,9 @@ def test_what_is_not_possible_is_said(make):
         stable.set_attr("size_m", 1, indices=[1])
     with pytest.raises(NotImplementedError):
         stable.env_method("reset")
+    with pytest.raises(ValueError, match="options"):
+        stable.set_options([{}, {"reset_mask": True}, {}])
+    stable.set_options({})
 
 
 @pytest.mark.full

@@ -206,6 +206,7 @@ def test_a_server_that_is_lost_while_it_gives_a_snapshot_is_recovered(cluster, u
 
 def test_a_snapshot_goes_on_where_the_device_is_another_one_with_a_warning(cluster, undisturbed):
     def task(num_envs, **arguments):
+        import drape
         from drape.gym import DropFlat
 
         class Elsewhere(DropFlat):  # which says so, though its bits are the same
@@ -239,7 +240,7 @@ def kill_wrapped(env):
 
 
 @pytest.mark.parametrize("bad", [{"seed": -1}, {"seed": [1, 2, 3, 4, 5, -6]}, {"seed": [1]}, {"options": 3},
-                                 {"options": {"reset_mask": np.zeros(ENVS, bool)}}])
+                                 {"options": {"mask": np.ones(ENVS, bool)}}, {"options": {"reset_mask": np.zeros(ENVS, bool)}}])
 def test_a_refused_reset_changes_nothing(cluster, undisturbed, bad):
     """Neither what is seen nor what is done again after a loss."""
     env = make(max_episode_steps=4)
@@ -366,12 +367,19 @@ def test_errors_of_the_caller_are_raised(cluster):
         env.step(np.zeros((ENVS, 3)))
     with pytest.raises(ValueError, match="finite"):
         env.step(np.full((ENVS, 8), np.nan))
+    with pytest.raises(ValueError, match="actions: numbers of the shape .* got object"):
+        env.step(None)
+    with pytest.raises(ValueError, match="actions: numbers of the shape .* got <U1"):
+        env.step(np.full((ENVS, 8), "a"))
     assert env.recoveries == 0
     from drape.gym import DropFlat
     from drape.gym.shards import ShardedVectorEnv
 
     with pytest.raises(ValueError, match="shards"):
         ShardedVectorEnv(DropFlat, 2, shards=3)
+    for num_envs, shards in ((2, 1.5), (2, "1"), (2.5, 1), ("2", 1)):
+        with pytest.raises(ValueError, match="a whole number"):
+            ShardedVectorEnv(DropFlat, num_envs, shards=shards)
     with pytest.raises(ValueError, match="num_gpus"):
         ShardedVectorEnv(DropFlat, 2, shards=1, num_gpus=2)
     with pytest.raises(ValueError, match="snapshot_every: .*got 0"):

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from gymnasium.vector import AutoresetMode, SyncVectorEnv
 
+import drape
 from drape.gym import single, vector
 from short_task import NUM, Short
 
@@ -90,6 +91,17 @@ def test_bad_masks_are_refused(make, mask, error):
     env.reset(seed=1)
     with pytest.raises(error, match="reset_mask"):
         env.reset(options={"reset_mask": mask})
+
+
+def test_a_misspelled_option_is_refused(make):
+    """Ignored, it would begin all episodes."""
+    env = make()
+    env.reset(seed=1)
+    env.step(actions(0))
+    with pytest.raises(ValueError, match="options: a reset has no option 'mask'; it has 'reset_mask'"):
+        env.reset(options={"mask": np.array([False, True, True])})
+    assert env.elapsed.tolist() == [1] * NUM
+    env.reset(options={})
 
 
 def test_seeds_are_per_environment(make):
@@ -200,11 +212,16 @@ def test_actions_are_checked(make):
 
 @pytest.mark.parametrize("name, value", [
     ("observation", "pixels"), ("side", 6.5), ("side", 4), ("max_episode_steps", 0), ("max_episode_steps", 2.5),
-    ("render_mode", "human"), ("client", 3), ("num_envs", 0), ("num_envs", 1.5),
+    ("render_mode", "human"), ("client", 3), ("num_envs", 0), ("num_envs", 1.5), ("num_envs", True),
     ("autoreset_mode", "sometimes"), ("autoreset_mode", None)])
 def test_arguments_are_checked(name, value):
     with pytest.raises((ValueError, TypeError), match=f"{name}: .*got {value!r}"):
         Short(**{"num_envs": 1, name: value})
+
+
+def test_one_that_could_not_be_made_can_be_closed():
+    """As gymnasium 1.1 does when it is collected."""
+    Short.__new__(Short).close()
 
 
 def test_a_private_server_has_the_threads_that_are_asked_for():
@@ -270,6 +287,31 @@ def test_gymnasiums_checks_of_a_single_environment(client):
     env = single.SingleEnv(Short(1, autoreset_mode=AutoresetMode.DISABLED, client=client))
     check_env(env, skip_render_check=True)
     env.close()
+
+
+def test_a_single_environment_speaks_of_one(client):
+    """Not of the vector environment behind it: a list is an action, the shape is that of its own space, and so is the end."""
+    env = single.SingleEnv(Short(1, autoreset_mode=AutoresetMode.DISABLED, client=client))
+    env.reset(seed=1)
+    for wrong in (np.zeros((1, 8)), [0.0] * 7, 3, None):
+        with pytest.raises(ValueError, match=r"action: numbers of the shape \(8,\) are needed"):
+            env.step(wrong)
+    while not env.step([0.0] * 8)[3]:
+        pass
+    with pytest.raises(RuntimeError, match=r"the episode has ended: reset\(\) begins the next one"):
+        env.step([0.0] * 8)
+    env.reset()
+    assert not env.step([0.0] * 8)[3]
+    env.close()
+
+
+def test_an_environment_that_cannot_be_made_leaves_no_server(monkeypatch):
+    """Whoever keeps the error, as notebooks do, keeps what it refers to."""
+    servers, launch = [], drape.launch
+    monkeypatch.setattr(drape, "launch", lambda *given, **options: servers.append(launch(*given, **options)) or servers[-1])
+    with pytest.raises(drape.InvalidArgument, match="count"):
+        Short(10**6, backend="cpu")
+    assert servers[0]._connection.server.has_ended()
 
 
 def test_pictures_come_in_one_request(make, monkeypatch):

@@ -55,6 +55,17 @@ def test_a_recording_that_cannot_be_written_is_kept(session, free_port, tmp_path
         assert (tmp_path / "y.html").stat().st_size < size, "without the two steps"
 
 
+def test_steps_that_cannot_be_done_are_refused_where_they_are_asked_for(session, free_port):
+    """Not in the thread of the window, which they would end."""
+    cloths = session.create(sheet())
+    with Window([cloths], port=free_port) as window:
+        for steps in (-1, 0, 1.5, "a"):
+            with pytest.raises(drape.InvalidArgument, match="steps: .* is not a whole number"):
+                window.ask_step(steps)
+        window.ask_step(2)
+        wait_for(lambda: cloths.step_count[0] == 2)
+
+
 def test_the_button_ends_a_recording_only_for_a_browser_that_gets_it(session, free_port):
     sent = []
 

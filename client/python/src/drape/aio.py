@@ -58,7 +58,7 @@ class _Connection(ConnectionBase):
         """The grpc call of a method with streams both ways; requests are written to it."""
         return self.call_of(name)(metadata=self.metadata_of_stream(route))
 
-    async def read(self, stream, call, route=None):
+    async def read(self, stream, call, route, request):
         """The next message of `call`, or grpc.aio.EOF. Raises errors of this package alone. stream: whose call it is."""
         try:
             if not stream.is_closed:
@@ -68,7 +68,7 @@ class _Connection(ConnectionBase):
                     message = await call.read()
                 return message
         except grpc.RpcError as error:
-            raise self.error_of(error, route) from None
+            raise self.error_of(error, route, request) from None
         except asyncio.CancelledError:
             if _is_cancelled() or not stream.is_closed:
                 raise
@@ -173,7 +173,8 @@ class Pipeline(PipelineBase):
         answer = self._of_nothing()
         while answer is None:
             try:
-                response = await self._cloths._connection.read(self, self._answers, self._cloths._session._route)
+                response = await self._cloths._connection.read(self, self._answers, self._cloths._route,
+                                                               self._next_request())
             except errors.Error:
                 self._give_up()
                 raise
@@ -210,7 +211,7 @@ class _Awaited:
 
     async def _read(self):
         await self._open()
-        answer = await self._connection.read(self, self._call)
+        answer = await self._connection.read(self, self._call, self._cloths._route, self._asked)
         if answer is grpc.aio.EOF:
             raise StopAsyncIteration
         return answer
@@ -348,6 +349,7 @@ class Session(SessionBase):
 
     async def close(self):
         """Deletes it on the server, if it was created here. May be called again."""
+        self._route = self._route._replace(is_closed=True)
         if self._end.detach():
             await _end(self._renewal, self._connection, self.name, self._is_owner)
 

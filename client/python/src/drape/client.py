@@ -13,7 +13,7 @@ from google.protobuf import wrappers_pb2
 from . import checks, errors, v1
 from ._version import __version__
 from .connection import HEALTH, REQUEST_TIMEOUT_S, Connection
-from .operations import Operation, Route, Unary, blocking
+from .operations import Operation, Route, Unary, blocking, with_more
 from .private_server import PrivateServer
 from .retries import Retries
 from .session import Session
@@ -98,11 +98,10 @@ class ClientBase:
 
 
 class Client(ClientBase):
-    __doc__ = (ClientBase.__doc__ or "") + """
-
+    __doc__ = with_more(ClientBase.__doc__, """
     Made by `drape.launch` and `drape.connect`. Safe to use from several threads, not in a forked process. `with` and
     `close()` end the connection, and a private server.
-    """
+    """)
 
     _session_class = Session
 

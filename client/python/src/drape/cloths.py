@@ -106,12 +106,14 @@ class ClothsBase(Controls, Pictures, SavedStates):
         reader = self._reader_of(wanted, rows)
         try:
             if reader is None:
-                response = yield Unary("Step", request, self._session._route, timeout_s)
+                response = yield Unary("Step", request, self._route, timeout_s)
             else:
-                yield Reading("StepInChunks", request, self._session._route, reader.take, timeout_s, clear=reader.clear)
+                yield Reading("StepInChunks", request, self._route, reader.take, timeout_s, clear=reader.clear)
                 response = reader.response
         except errors.Error as error:
             self._put_back(taken, error)
+            if error.reason == "WORLD_INCOMPLETE":
+                error.message += "; session.step steps batches of one world"
             raise
         return self._take(response, rows, request, reader)
 
@@ -139,7 +141,7 @@ class ClothsBase(Controls, Pictures, SavedStates):
         given = out if isinstance(out, dict) else {} if out is None else {names[0]: out}
         per_cloth = self.particles if particles is None else len(request.view.particles)
         reader = states.StateReader(ids_list, per_cloth, names, self._session.dtype, given)
-        yield Reading("ReadStates", request, self._session._route, reader.sink, timeout_s)
+        yield Reading("ReadStates", request, self._route, reader.sink, timeout_s)
         for array in reader.arrays.values():
             array.flags.writeable = out is not None
         read = states.States(self._every(rows), reader.step_count, reader.time_s, **reader.arrays)
@@ -163,7 +165,7 @@ class ClothsBase(Controls, Pictures, SavedStates):
         columns.fill(request, {"cloth_ids": self._ids_list(rows)})
         if transforms is not None:
             columns.fill(request, {"transforms": columns.shaped("transforms", transforms, (len(every), 7))})
-        yield Unary("ResetCloths", request, self._session._route)
+        yield Unary("ResetCloths", request, self._route)
         self.step_count[every] = 0
         self.faulted[every] = False
         self._pending.drop(rows, self.num)
@@ -188,7 +190,7 @@ class ClothsBase(Controls, Pictures, SavedStates):
                 dtype = np.float32 if values.dtype == np.float32 else np.float64
                 spread = columns.spread(name, values.astype(dtype), (len(every), self.particles, 3))
                 getattr(request, name).CopyFrom(states.pack(spread.reshape(-1, 3)))
-        yield Unary("WriteStates", request, self._session._route)
+        yield Unary("WriteStates", request, self._route)
         self.faulted[every] = False
         self._forget_states()
 
@@ -197,7 +199,7 @@ class ClothsBase(Controls, Pictures, SavedStates):
         index, 0 to n - 1, from the end if negative. Raises InvalidArgument, NotFound (CLOTH_NOT_FOUND)."""
         at = columns.row_of(row, self.num)
         request = v1.ReadTopologyRequest(session=self._session.name, cloth_id=self._all_ids[at])
-        return topology.Topology.of((yield Unary("ReadTopology", request, self._session._route)))
+        return topology.Topology.of((yield Unary("ReadTopology", request, self._route)))
 
     def _randomise(self, ids=None, *, gravity=None, wind=None, damping=None, friction_static=None, friction_dynamic=None,
                    restitution=None, thickness=None, air_drag=None, air_lift=None) -> Operation[None]:
@@ -216,7 +218,7 @@ class ClothsBase(Controls, Pictures, SavedStates):
             friction_static=friction_static, friction_dynamic=friction_dynamic, restitution=restitution,
             thickness_m=thickness, air_drag=air_drag, air_lift=air_lift))
         columns.fill(request, {"cloth_ids": self._ids_list(rows)})
-        yield Unary("UpdateCloths", request, self._session._route)
+        yield Unary("UpdateCloths", request, self._route)
 
     def _update(self, spec: v1.ClothSpec, paths, ids=None) -> Operation[None]:
         """Sets the fields named by `paths` (see UpdateClothsRequest.update_mask) from `spec`, for all cloths or none:
@@ -229,7 +231,7 @@ class ClothsBase(Controls, Pictures, SavedStates):
         mask = checks.message(FieldMask, paths=[paths] if isinstance(paths, str) else paths)
         request = checks.message(v1.UpdateClothsRequest, session=self._session.name, spec=spec, update_mask=mask)
         columns.fill(request, {"cloth_ids": self._ids_list(rows)})
-        response = yield Unary("UpdateCloths", request, self._session._route)
+        response = yield Unary("UpdateCloths", request, self._route)
         if rows is None:
             self.shape = response.shape
             if self.spec is not None:
@@ -240,7 +242,7 @@ class ClothsBase(Controls, Pictures, SavedStates):
         fault. row: as of `topology`. Raises InvalidArgument, NotFound (CLOTH_NOT_FOUND)."""
         at = columns.row_of(row, self.num)
         request = v1.GetClothRequest(session=self._session.name, cloth_id=self._all_ids[at])
-        return (yield Unary("GetCloth", request, self._session._route))
+        return (yield Unary("GetCloth", request, self._route))
 
     def _descriptions(self, ids=None) -> Operation[list[v1.Cloth]]:
         """What `describe` tells, of the cloths of `ids`, in few requests. Raises InvalidArgument, NotFound
@@ -258,7 +260,7 @@ class ClothsBase(Controls, Pictures, SavedStates):
             return
         request = v1.DeleteClothsRequest(session=self._session.name)
         columns.fill(request, {"cloth_ids": self._ids_list(rows)})
-        yield Unary("DeleteCloths", request, self._session._route)
+        yield Unary("DeleteCloths", request, self._route)
         if rows is not None and len(rows) < self.num:
             self._keep(rows)
 
@@ -285,6 +287,15 @@ class ClothsBase(Controls, Pictures, SavedStates):
         self._all_rows.flags.writeable = False
         # What names every cloth in a request to step.
         self._step_all = v1.StepRequest(cloth_ids=self._all_ids).SerializeToString()
+
+    @property
+    def _route(self):
+        """Of requests about these cloths."""
+        return self._session._route._replace(name_of=self._name_of)
+
+    def _name_of(self, cloth):
+        row = self._row_of.get(cloth)
+        return None if row is None else f"cloth {row} of the batch"
 
     def _rows_or_all(self, ids):
         return self._every(columns.rows_of(ids, self.num))

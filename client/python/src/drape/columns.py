@@ -104,6 +104,17 @@ def whole(name, value, shape):
     return spread(name, array.astype(np.int64), shape)
 
 
+def distinct(name, elements, least=0):
+    """`elements`, of which none comes twice in a row (the last dimension); those below `least` are none."""
+    if elements.ndim and elements.shape[-1] > 1:
+        of_all = elements[0] if elements.ndim == 2 and elements.strides[0] == 0 else elements
+        in_order = np.sort(of_all, -1)
+        twice = in_order[..., 1:][(in_order[..., 1:] == in_order[..., :-1]) & (in_order[..., 1:] >= least)]
+        if twice.size:
+            raise errors.bad_field(name, f"{twice[0]} is given twice" + (" for one cloth" if elements.ndim > 1 else ""))
+    return elements
+
+
 def cloth_ids(name, value):
     """`value` as uint64[k], names in the protocol."""
     if isinstance(value, (list, tuple)):  # numpy makes float64 of some ids that are above 2^63 and some below

@@ -12,7 +12,7 @@ import grpc.experimental
 from google.protobuf import wrappers_pb2
 from google.protobuf.message import Message
 
-from . import checks, errors, memory, v1
+from . import checks, errors, memory, row_names, v1
 from .retries import Budget, Retries, Tries, give_id
 
 SESSION_HEADER = "x-drape-session"
@@ -137,8 +137,13 @@ class ConnectionBase:
     def metadata_of_stream(self, route):
         return (*self.metadata_of(route), (HALF_CLOSE_HEADER, "1"))
 
-    def error_of(self, rpc_error, route=None):
+    def error_of(self, rpc_error, route=None, request=None):
+        """The exception for a request that failed, as its caller knows the cloths."""
         error = errors.from_rpc(rpc_error)
+        if route is not None and route.name_of is not None:
+            row_names.told_by_row(error, request, route.name_of)
+        if isinstance(error, errors.SessionLost) and route is not None and route.is_closed:
+            error.message += ": this program has closed it"
         if isinstance(error, errors.Unavailable) and self.server is not None:
             error.message += self.server.why_not()
         told = None if route is None else self.told_steps.get(route.session)
@@ -163,7 +168,7 @@ class ConnectionBase:
 
     def _failed(self, rpc_error, call, tries):
         """After a sending that failed: how long to wait before the next one. Raises if there is none."""
-        error = self.error_of(rpc_error, call.route)
+        error = self.error_of(rpc_error, call.route, call.request)
         if isinstance(error, errors.DeadlineExceeded) and not error.reason:  # gRPC does not say of what
             error.message = errors.late(call.method, self.timeout_s if call.timeout_s is None else call.timeout_s)
         error.unanswered_tries = tries.unanswered

@@ -22,15 +22,15 @@ class Controls:
     def move_pins(self, particles, targets, over_s=0.0, ids=None) -> None:
         """Moves pins in a straight line, from the start of the next step on.
 
-        particles: the k pinned particles, [k] or [m, k]. targets [m]: [m, k, 3] (or what spreads to it), each in its
+        particles: the k pinned particles, [k] or [m, k], each once. targets [m]: [m, k, 3] (or what spreads to it), each in its
         cloth's environment, m the cloths of `ids`. over_s: duration [s], 0 = within one step; a number, [m, 1] or [m, k].
         Raises InvalidArgument; with the step come FailedPrecondition (PIN_NOT_FOUND), InvalidArgument.
         """
         self._control("pin_controls", particles, ids, "particles", {"targets_m": (targets, 3), "over_s": (over_s, 0)})
 
     def move_colliders(self, colliders, positions, rotations=None, over_s=0.0, ids=None) -> None:
-        """Moves colliders (indices in environment.colliders, [k] or [m, k]) to poses: their pivots in a straight line
-        to positions [m] [m, k, 3], turning the shorter way to rotations [m, k, 4] (quaternions x, y, z, w from the
+        """Moves colliders (indices in environment.colliders, [k] or [m, k], each once) to poses: their pivots in a straight
+        line to positions [m] [m, k, 3], turning the shorter way to rotations [m, k, 4] (quaternions x, y, z, w from the
         orientation in the spec; None: as described). over_s as for `move_pins`. Raises InvalidArgument; with the step come
         FailedPrecondition (COLLIDER_NOT_FOUND), InvalidArgument."""
         if rotations is None:
@@ -40,10 +40,10 @@ class Controls:
 
     def set_rest_lengths(self, constraints, lengths, over_s=0.0, ids=None) -> None:
         """Changes the rest lengths [m] of distance constraints linearly to `lengths`, [m, k], each > 0; over_s as for
-        `move_pins`. constraints: [k] or [m, k], indices: of `particles`, those of its distance_constraints; of a grid, row *
-        (columns - 1) + column is the edge to the next column, (columns - 1) * rows + row * columns + column that to the
-        next row; of a mesh, see `help(drape.v1.RestLengthControls)`; `topology()` has them beside its edges. Raises
-        InvalidArgument; with the step come FailedPrecondition (CONSTRAINT_NOT_FOUND), InvalidArgument."""
+        `move_pins`. constraints: [k] or [m, k], each once, indices: of `particles`, those of its distance_constraints; of a
+        grid, row * (columns - 1) + column is the edge to the next column, (columns - 1) * rows + row * columns + column
+        that to the next row; of a mesh, see `help(drape.v1.RestLengthControls)`; `topology()` has them beside its edges.
+        Raises InvalidArgument; with the step come FailedPrecondition (CONSTRAINT_NOT_FOUND), InvalidArgument."""
         self._control("rest_length_controls", constraints, ids, "constraints", {
             "lengths_m": (lengths, 0), "over_s": (over_s, 0)})
 
@@ -87,7 +87,7 @@ class Controls:
         rows = self._rows_or_all(ids)
         per_cloth = columns.last_length(name, elements)
         shape = (len(rows), per_cloth)
-        flat = {name: columns.whole(name, elements, shape).reshape(-1)}
+        flat = {name: columns.distinct(name, columns.whole(name, elements, shape)).reshape(-1)}
         for column, (value, width) in values.items():
             if width:
                 flat[column] = columns.shaped(column, value, (*shape, width)).reshape(-1, width)
@@ -102,7 +102,8 @@ class Controls:
         """Grabs particles from the start of the next step on: they move with the grip until it is released. The spec
         needs `max_grips`. Costs no new model, and cloths that hold different particles are stepped side by side.
 
-        slots: the k grips, [k] or [m, k], each below max_grips. Either particles: [k] or [m, k], however far away; or
+        slots: the k grips, [k] or [m, k], each once and below max_grips. Either particles: [k] or [m, k], each once, however
+        far away; or
         nearest_to [m]: [m, k, 3] in the environment, within radius_m [m] (a number or [m, k]): the nearest that nothing
         holds; the grip stays open if there is none. `step(grips=True)` tells what they hold, `step(impulses=True)` also
         how hard the cloth pulls (`Answer.grips`). at [m]: [m, k, 3], where the grip of
@@ -119,7 +120,7 @@ class Controls:
         if particles is None:
             self._grips("GRAB_NEAREST", slots, rows, shape, places=nearest_to, radii_m=radius_m, **limits)
             return
-        grabbed = columns.whole("particles", particles, shape)
+        grabbed = columns.distinct("particles", columns.whole("particles", particles, shape))  # one grip holds a particle
         if at is None:
             if grabbed.size and grabbed.max() >= self.particles:
                 raise errors.bad_field("particles", f"{grabbed.max()} is not below {self.particles}")
@@ -151,7 +152,7 @@ class Controls:
 
     def _slots_of(self, name, slots, shape):
         """`slots` as indices of grips that the cloths have; of attached ones without a spec the server knows."""
-        indices = columns.whole(name, slots, shape)
+        indices = columns.distinct(name, columns.whole(name, slots, shape))
         if self.spec is not None and indices.size and indices.max() >= self.spec.max_grips:
             raise errors.bad_field(name, f"{indices.max()} is not below max_grips of the cloths, {self.spec.max_grips}: give "
                                          "their ClothSpec a larger one (max_grips=…, at most 16)")

@@ -35,7 +35,8 @@ class Error(Exception):
     """Every failure of this package.
 
     code: canonical name, e.g. "INVALID_ARGUMENT". reason: a constant word for programs, e.g. "SESSION_EXPIRED"; ""
-    where the transport failed. message: for people. fields: every bad field; the text has the first few. quotas: the
+    where the transport failed. message: for people. fields: every bad field, by its path in the protocol; the text has the
+    first few. What is about one cloth calls it by its index in its batch, whatever `ids` were asked for. quotas: the
     exhausted ones. retry_after_s: the time to wait before a repetition, None if waiting does not help.
     unanswered_tries: sendings of a request that changes something, before the last one, that had no answer: they may
     have been done. rows: of a rollout that failed, what came before, as `rollout` returns it, with fewer rows; None of

@@ -16,10 +16,13 @@ R = TypeVar("R")
 
 
 class Route(NamedTuple):
-    """For whom a request is: a session, and the `incarnation` of the server that the caller knows it from; "": any."""
+    """For whom a request is: a session, and the `incarnation` of the server that the caller knows it from; "": any.
+    name_of: what errors call a cloth (`row_names`). is_closed: this program has closed the session."""
 
     session: str = ""
     incarnation: str = ""
+    name_of: Callable[[int], str | None] | None = None
+    is_closed: bool = False
 
 
 class Unary(NamedTuple):
@@ -55,6 +58,11 @@ def blocking(operation: Callable[P, Operation[R]]) -> Callable[P, R]:
         return self._connection.run(operation(self, *args, **kwargs))
 
     return named(method, operation)  # type: ignore[return-value]
+
+
+def with_more(docstring, more):
+    """A docstring and a paragraph, which are indented alike only before Python 3.13."""
+    return f"{inspect.cleandoc(docstring or '')}\n\n{inspect.cleandoc(more)}"
 
 
 def named(method, operation):

@@ -15,6 +15,7 @@ class Pictures:
 
     num: int
     _session: Any
+    _route: Any
 
     def _render_png(self, width: int = 960, height: int = 720, *, ids=None, timeout_s: float | None = None,
                     **options) -> Operation[bytes]:
@@ -51,7 +52,7 @@ class Pictures:
             raise errors.bad_field("ids", "nothing is selected")
         request = checks.message(v1.RenderRequest, session=self._session.name, **fields)
         columns.fill(request, {"cloth_ids": self._ids_list(rows)})
-        return (yield Unary("Render", request, self._session._route, timeout_s))
+        return (yield Unary("Render", request, self._route, timeout_s))
 
 
 def _pixels(response, shape, with_depths):

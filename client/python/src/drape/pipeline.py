@@ -26,7 +26,7 @@ class PipelineBase:
         self._answers = self._open_call()
 
     def _open_call(self):
-        return self._cloths._connection.open_stream("StepStream", self._cloths._session._route)
+        return self._cloths._connection.open_stream("StepStream", self._cloths._route)
 
     def _prepare(self, steps, view, report, ids):
         """The request of a step, noted as under way; None of one of no cloths, whose answer is there when its turn comes."""
@@ -62,6 +62,10 @@ class PipelineBase:
         if self._under_way:  # what the batch knows would be older than what is under way
             self._cloths._forget_states()
         return answer
+
+    def _next_request(self):
+        """That of the next answer, which an error is about: the server answers in order."""
+        return self._under_way[0][1] if self._under_way else None
 
     def _give_up(self):
         if self._under_way:
@@ -111,8 +115,9 @@ class Pipeline(PipelineBase):
             except StopIteration:
                 raise self._ended() from None
             except grpc.RpcError as error:
+                request = self._next_request()
                 self._give_up()
-                raise self._cloths._connection.error_of(error, self._cloths._session._route) from None
+                raise self._cloths._connection.error_of(error, self._cloths._route, request) from None
             answer = self._arrived(response)
         return answer
 

@@ -94,6 +94,7 @@ class PrivateServer:
         checks.seconds("ready_timeout_s", ready_timeout_s)
         self._pid = os.getpid()
         self._log = tempfile.TemporaryFile()
+        weakref.finalize(self, self._log.close)  # not by `stop`: errors that come later tell its end
         program = find_server(program)
         with tempfile.TemporaryDirectory(prefix="drape-") as folder:
             port_file = os.path.join(folder, "port")

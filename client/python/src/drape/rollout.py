@@ -23,9 +23,9 @@ def rollout(self, nstep: int, *, steps: int = 1, ids=None, pins=None, pin_target
     steps: of the simulation per row. Columns have one entry for each cloth and row, [m or 1, nstep, ...], and what they
     move is there at the end of the row. pins: [k] pinned particles and pin_targets: [m, nstep, k, 3]; colliders: [k]
     indices and collider_positions: likewise. grips: [k] slots, with grip_targets: likewise, or grip_particles, or both.
-    grip_particles: [m, nstep, k], the particle that each holds during the row, -1: none. Where that is another one than
-    in the row before, the grip grabs it where it is, as `grip` does; for that the stream waits for the rows before.
-    Without grip_particles grips hold what they held. constraints:
+    grip_particles: [m, nstep, k], the particle that each holds during the row, no two of a cloth the same; -1: none. Where
+    that is another one than in the row before, the grip grabs it where it is, as `grip` does; for that the stream waits for
+    the rows before. Without grip_particles grips hold what they held. constraints:
     [k] and rest_lengths: [m, nstep, k]; rest_length_scales: [m, nstep]. restarts: bool[m, nstep], which cloths start
     again before the row, as by `restart`, with restart_transforms [m, nstep, 7], or from what `save` kept by the name
     restart_to. view as in `step`. out: arrays of an earlier call, to be filled again.
@@ -167,6 +167,7 @@ class _Plan:
         if held.size and not -1 <= held.min() <= held.max() < self._cloths.particles:
             raise errors.bad_field("grip_particles", f"-1 to {self._cloths.particles - 1} are legal, got "
                                                      f"{held.min()} to {held.max()}")
+        columns.distinct("grip_particles", held)
         is_new = np.ones(held.shape, bool)  # also where nobody knows what they hold
         is_new[:, 1:] = held[:, 1:] != held[:, :-1]
         if self._restarts is not None:

@@ -22,6 +22,7 @@ class SavedStates:
     ids: np.ndarray
     faulted: np.ndarray
     _session: Any
+    _route: Any
     _pending: columns.Pending
     _faulted_when_saved: dict
 
@@ -34,7 +35,7 @@ class SavedStates:
             return
         request = checks.message(v1.SaveStatesRequest, session=self._session.name, name=name)
         columns.fill(request, {"cloth_ids": self._ids_list(rows)})
-        yield Unary("SaveStates", request, self._session._route)
+        yield Unary("SaveStates", request, self._route)
         self._faulted_when_saved[name] = self.faulted.copy()
 
     def _load(self, name: str, ids=None, *, of=None) -> Operation[None]:
@@ -50,7 +51,7 @@ class SavedStates:
         of = None if of is None else columns.spread("of", columns.indices("of", of, self.num), (len(self._every(rows)),))
         if of is not None:
             columns.fill(request, {"saved_cloth_ids": self.ids[of].tolist()})
-        yield Unary("LoadStates", request, self._session._route)
+        yield Unary("LoadStates", request, self._route)
         self._pending.drop(rows, self.num)
         self._forget_states()
         yield from self._read(particles=[0], ids=ids)  # which step they are at
@@ -62,7 +63,7 @@ class SavedStates:
         """Forgets what `save` kept by this name. Raises NotFound (SAVED_STATES_NOT_FOUND)."""
         request = checks.message(v1.DropStatesRequest, session=self._session.name, name=name)
         self._faulted_when_saved.pop(name, None)
-        yield Unary("DropStates", request, self._session._route)
+        yield Unary("DropStates", request, self._route)
 
     def _snapshot(self, ids=None) -> Operation[bytes]:
         """The cloths as bytes, with everything that they go on from; `session.restore` makes cloths of them, here or on
@@ -73,7 +74,7 @@ class SavedStates:
         if rows is not None and not len(rows):
             raise errors.bad_field("ids", "no cloth is named")
         name = f"snapshot-{uuid.uuid4().hex}"
-        route, pieces = self._session._route, []
+        route, pieces = self._route, []
         # With ids, so that cuts do no harm: nobody else has the name.
         request = v1.SaveStatesRequest(session=route.session, name=name, request_id=name)
         columns.fill(request, {"cloth_ids": self._ids_list(rows)})

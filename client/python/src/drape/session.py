@@ -11,7 +11,7 @@ import numpy as np
 
 from . import checks, columns, errors, states, v1
 from .cloths import Cloths, ClothsBase
-from .operations import Operation, Route, Unary, blocking
+from .operations import Operation, Route, Unary, blocking, with_more
 
 _RENEWALS_PER_LEASE = 3  # two may be lost
 _MOST_ASKED_ALONE = 8  # more cloths are listed, up to 1000 in one request
@@ -58,14 +58,21 @@ class SessionBase:
             columns.fill(request, {"environment_origins_m": origins})
         if transforms is not None:
             columns.fill(request, {"transforms": columns.shaped("transforms", transforms, (count, 7))})
-        response = yield Unary("CreateCloths", request, self._route, timeout_s)
+        route = self._route._replace(name_of=lambda cloth: f"cloth {cloth}" if cloth < request.count else None)
+        response = yield Unary("CreateCloths", request, route, timeout_s)
         return self._cloths_class(self, response.cloth_ids, response.shape, request.spec, origins)
 
     def _step(self, batches, steps: int = 1, *, report: bool = False, expected: int | None = None,
               timeout_s: float | None = None) -> Operation[list[states.Answer]]:
         """Steps several `Cloths` of the session in one request, as the cloths of one world must be. An answer for each
-        of them, without states. Arguments as of `Cloths.step`, and what it says of controls that wait. Raises what it
-        does, FailedPrecondition (WORLD_INCOMPLETE), InvalidArgument for restarts of unlike kinds."""
+        of them, without states. Arguments as of `Cloths.step`, and what it says of controls that wait.
+
+        The backend `cpu` steps cloths of one size, settings and pins side by side, as many as it has lanes
+        (`client.info.device` says how many). Where fewer are alike, whatever batches they are in, a particle takes up to 3
+        times as long: `./run bench python --case sizes` measures it.
+
+        Raises what `Cloths.step` does, FailedPrecondition (WORLD_INCOMPLETE), InvalidArgument for restarts of unlike kinds.
+        """
         batches = self._batches(batches)
         if not batches:
             return []
@@ -78,7 +85,8 @@ class SessionBase:
             columns.check_alike([block for blocks in taken.values() for block in blocks])
             for cloths in batches:
                 cloths._forget_states()
-            response = yield Unary("Step", together, self._route, timeout_s)
+            route = self._route._replace(name_of=lambda cloth: _name_among(batches, cloth))
+            response = yield Unary("Step", together, route, timeout_s)
         except errors.Error as error:
             for cloths, blocks in taken.items():
                 cloths._put_back(blocks, error)
@@ -116,7 +124,8 @@ class SessionBase:
             listed = yield from self._list()
             found = {cloth.id: cloth for cloth in listed}
         else:
-            found = yield from self._described(columns.cloth_ids("ids", ids).tolist())
+            named = columns.distinct("ids", columns.cloth_ids("ids", ids))
+            found = yield from self._described(named.tolist())
         if not found:
             raise errors.FailedPrecondition("the session has no cloths", reason="NO_CLOTHS")
         sizes = {cloth.shape.particles for cloth in found.values()}
@@ -181,6 +190,12 @@ class SessionBase:
         self._route = Route(self.name, message.incarnation)
 
 
+def _name_among(batches, cloth):
+    """What errors call a cloth of one of these; None of others."""
+    return next((f"cloth {batch._row_of[cloth]} of batches[{k}]" for k, batch in enumerate(batches) if cloth in batch._row_of),
+                None)
+
+
 class _Import:
     """The messages of ImportCloths, from the first one on each time. Their id is that of the first one."""
 
@@ -208,12 +223,11 @@ def iter_of(call):
 
 
 class Session(SessionBase):
-    __doc__ = (SessionBase.__doc__ or "") + """
-
+    __doc__ = with_more(SessionBase.__doc__, """
     Made by `Client.session`. A thread renews the lease. `with`, `close()` and the end of the program delete a session
     that was created here, with its cloths; one that was attached by its name is left alone. lease_error: why renewing
     gave up (the session is gone), else None.
-    """
+    """)
 
     _cloths_class = Cloths
 
@@ -238,6 +252,7 @@ class Session(SessionBase):
 
     def close(self) -> None:
         """Deletes it on the server, if it was created here. May be called again."""
+        self._route = self._route._replace(is_closed=True)
         self._end()
 
     def __enter__(self) -> Session:

@@ -28,6 +28,7 @@ class _StreamBase:
         self._cloths = cloths
         self._connection = cloths._connection
         self._first = self._begin(*options)
+        self._asked = self._first.ListFields()[0][1]  # what errors are about
         self._call = self._open_call()
 
     def _begin(self, *options):
@@ -35,7 +36,7 @@ class _StreamBase:
         raise NotImplementedError
 
     def _open_call(self):
-        return self._connection.open_stream(self._method, self._cloths._session._route)
+        return self._connection.open_stream(self._method, self._cloths._route)
 
 
 class FramesBase(_StreamBase):
@@ -94,7 +95,7 @@ class _Blocking:
     """What the streams that wait have in common."""
 
     def _open_call(self):
-        call, self._requests = self._connection.open_stream(self._method, self._cloths._session._route)
+        call, self._requests = self._connection.open_stream(self._method, self._cloths._route)
         self._requests.put(self._first)
         return call
 
@@ -107,7 +108,7 @@ class _Blocking:
         try:
             return self._connection.read(self._call, self._requests)
         except grpc.RpcError as error:
-            raise self._connection.error_of(error) from None
+            raise self._connection.error_of(error, self._cloths._route, self._asked) from None
 
     def __enter__(self):
         return self

@@ -47,6 +47,11 @@ class StableVecEnv(VecEnv):
         self._reset_options()
         return observation.copy()
 
+    def set_options(self, options=None):
+        """Options of the next reset, of which there are none: ValueError for any."""
+        if any([options] if isinstance(options, dict) else options or ()):
+            raise ValueError(f"options: a reset of all environments has none, got {options}")
+
     def step_async(self, actions):
         self._actions = self._middle + self._reach * np.clip(actions, -1, 1)
 

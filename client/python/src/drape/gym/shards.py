@@ -18,7 +18,7 @@ from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space
 
 import drape
-from drape.gym.vector import ClothVectorEnv, checked_mask, checked_seeds
+from drape.gym.vector import ClothVectorEnv, checked_actions, checked_mask, checked_seeds
 
 _NOTICE_S = 0.05  # how often lost shards are looked for while others work
 
@@ -47,8 +47,10 @@ class ShardedVectorEnv(VectorEnv):
 
     def __init__(self, task, num_envs: int, *, shards: int, num_cpus: float = 1, num_gpus: float = 0,
                  spares: int = 0, max_recoveries: int = 100, snapshot_every: int | None = 5, **arguments):
-        if not 1 <= shards <= num_envs:
-            raise ValueError(f"shards: 1 to num_envs ({num_envs}), got {shards}")
+        if not isinstance(num_envs, (int, np.integer)) or num_envs < 1:
+            raise ValueError(f"num_envs: a whole number >= 1, got {num_envs!r}")
+        if not (isinstance(shards, (int, np.integer)) and 1 <= shards <= num_envs):
+            raise ValueError(f"shards: a whole number, 1 to num_envs ({num_envs}), got {shards!r}")
         if num_gpus > 1:
             raise ValueError(f"num_gpus: a shard's server uses one at most, got {num_gpus}: make more shards")
         if snapshot_every is not None and not (isinstance(snapshot_every, (int, np.integer)) and snapshot_every >= 1):
@@ -104,12 +106,8 @@ class ShardedVectorEnv(VectorEnv):
         return np.concatenate(observations), _joined(infos, self._rows)
 
     def step(self, actions):
+        checked_actions(actions, self.action_space.shape)  # here, so that no shard steps while another refuses
         actions = np.asarray(actions)
-        if actions.shape != self.action_space.shape:
-            raise ValueError(f"actions: the shape {self.action_space.shape} is needed, got {actions.shape}")
-        # Here, so that no shard steps while another refuses.
-        if not np.isfinite(actions).all():
-            raise ValueError("actions: every number must be finite")
         answers = self._ask([("step", actions[rows].copy()) for rows in self._rows])
         *columns, infos = zip(*answers)
         self._note(columns[0], infos)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import gymnasium
+import numpy as np
 from gymnasium.vector import AutoresetMode
 
 from drape.gym import floor_tasks, tasks
@@ -13,6 +14,7 @@ class SingleEnv(gymnasium.Env):
 
     def __init__(self, vector):
         self._vector = vector
+        self._has_ended = False
         self.metadata = {**vector.metadata}
         self.metadata.pop("autoreset_mode")
         self.render_mode = vector.render_mode
@@ -22,10 +24,18 @@ class SingleEnv(gymnasium.Env):
     def reset(self, *, seed=None, options=None):
         super().reset(seed=seed)
         observation, info = self._vector.reset(seed=seed, options=options)
+        self._has_ended = False
         return observation[0], _first(info)
 
     def step(self, action):
+        if self._has_ended:  # what the vector environment says of it names a mask
+            raise RuntimeError("the episode has ended: reset() begins the next one")
+        action = np.asarray(action)
+        if action.shape != self.action_space.shape:
+            raise ValueError(f"action: numbers of the shape {self.action_space.shape} are needed, got {action.dtype} of the shape "
+                             f"{action.shape}")
         observation, reward, terminated, truncated, info = self._vector.step(action[None])
+        self._has_ended = bool(terminated[0] or truncated[0])
         return observation[0], float(reward[0]), bool(terminated[0]), bool(truncated[0]), _first(info)
 
     def render(self):

@@ -44,6 +44,8 @@ class ClothVectorEnv(VectorEnv):
 
     metadata = {"render_modes": ["rgb_array"], "render_fps": 4}
 
+    _session = _owned = None  # of one that could not be made, which gymnasium closes when it is collected
+
     _stays = ("cloths", "_session", "_owned")  # what a snapshot leaves out: it belongs to a server
 
     # Of a task:
@@ -71,7 +73,7 @@ class ClothVectorEnv(VectorEnv):
             raise ValueError(f"max_episode_steps: a whole number >= 1, got {max_episode_steps!r}")
         if render_mode not in (None, *self.metadata["render_modes"]):
             raise ValueError(f"render_mode: None or one of {self.metadata['render_modes']}, got {render_mode!r}")
-        if not isinstance(num_envs, (int, np.integer)) or num_envs < 1:
+        if not isinstance(num_envs, (int, np.integer)) or isinstance(num_envs, bool) or num_envs < 1:
             raise ValueError(f"num_envs: a whole number >= 1, got {num_envs!r}")
         if not isinstance(autoreset_mode, AutoresetMode) and autoreset_mode not in [mode.value for mode in AutoresetMode]:
             raise ValueError(f"autoreset_mode: one of {[mode.value for mode in AutoresetMode]}, got {autoreset_mode!r}")
@@ -85,11 +87,15 @@ class ClothVectorEnv(VectorEnv):
         self.render_mode = render_mode
         self._horizon = max_episode_steps or self.horizon
         backend = backend or ("cpu" if self.touches_itself else "auto")
-        self._owned = _launch(backend, threads) if client is None else None
-        self._session = (client or self._owned).session(display_name=type(self).__name__)
         self.pickers = Pickers((0, self.side - 1), self.picker_step_m, self.picker_radius_m, [-1.0, 0.0, -1.0],
                                [1.0, 1.0, 1.0])
-        self.cloths = self._session.create(self._spec(), num_envs)
+        self._owned = _launch(backend, threads) if client is None else None
+        self._session = (client or self._owned).session(display_name=type(self).__name__)
+        try:
+            self.cloths = self._session.create(self._spec(), num_envs)
+        except BaseException:  # the server would live as long as somebody keeps the error
+            self.close_extras()
+            raise
         self.pickers.attach(self.cloths)
         self._shown = self._keypoints() if observation == "keypoints" else np.arange(self.cloths.particles)
         self._make_spaces()
@@ -138,9 +144,12 @@ class ClothVectorEnv(VectorEnv):
 
     def reset(self, *, seed=None, options=None):
         """Begins episodes. seed: a whole number, of environment 0 (i has seed + i), or one for each; None: random numbers go
-        on. options: {"reset_mask": bool[n]} for some environments alone. Returns (observations, infos). Raises ValueError
-        and TypeError for wrong arguments, and what the server does."""
+        on. options: {"reset_mask": bool[n]} for some environments alone; there are no others. Returns (observations, infos).
+        Raises ValueError and TypeError for wrong arguments, and what the server does."""
         mask = checked_mask(options, self.num_envs)
+        unknown = [name for name in options or () if name != "reset_mask"]
+        if unknown:  # ignored, a misspelled mask would begin all episodes
+            raise ValueError(f"options: a reset has no option {unknown[0]!r}; it has 'reset_mask'")
         seeds = checked_seeds(seed, self.num_envs)
         if mask is None or not self._has_begun:
             mask = np.ones(self.num_envs, bool)
@@ -214,7 +223,8 @@ class ClothVectorEnv(VectorEnv):
 
     def close_extras(self, **_):
         """What `close()` ends: the session, and the private server."""
-        self._session.close()
+        if self._session is not None:
+            self._session.close()
         if self._owned is not None:
             self._owned.close()
 
@@ -332,20 +342,24 @@ class ClothVectorEnv(VectorEnv):
     def _checked_actions(self, actions):
         if not self._has_begun:
             raise RuntimeError("reset() comes before the first step()")
-        actions = np.asarray(actions)
-        if actions.shape != self.action_space.shape or actions.dtype.kind not in "biuf":
-            raise ValueError(f"actions: numbers of the shape {self.action_space.shape} are needed, got {actions.dtype} of "
-                             f"the shape {actions.shape}")
-        actions = actions.astype(np.float64)
-        if not np.isfinite(actions).all():
-            raise ValueError("actions: every number must be finite")
-        return actions
+        return checked_actions(actions, self.action_space.shape)
 
 
 def _launch(backend, threads):
     flags = [] if threads is None else [f"--threads={threads}"]
     device = devices.assigned() if backend in ("auto", "gl") else None
     return drape.launch(backend, flags=flags if device is None else [*flags, f"--device={device}"])
+
+
+def checked_actions(actions, shape):
+    """`actions` as float64 of this shape."""
+    actions = np.asarray(actions)
+    if actions.shape != shape or actions.dtype.kind not in "biuf":
+        raise ValueError(f"actions: numbers of the shape {shape} are needed, got {actions.dtype} of the shape {actions.shape}")
+    actions = actions.astype(np.float64)
+    if not np.isfinite(actions).all():
+        raise ValueError("actions: every number must be finite")
+    return actions
 
 
 def checked_mask(options, count):

@@ -142,9 +142,10 @@ class Window:
         record.on_click(lambda event: self._toggle_recording(event, record))
 
     def ask_step(self, steps: int = 1) -> None:
-        """Steps before the next picture."""
+        """Steps (at least 1) before the next picture. Raises InvalidArgument."""
+        asked = checks.whole("steps", steps, 1, 2**31 - 1)
         with self._lock:
-            self._steps_asked += steps
+            self._steps_asked += asked
 
     def ask_reset(self) -> None:
         """Begins again before the next picture, by `reset` of the constructor."""
