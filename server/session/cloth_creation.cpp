@@ -87,6 +87,8 @@ Status ClothMaker::MakeOne(Backend& backend, const ClothCopy& copy) {
   made_.push_back(std::make_shared<ClothRecord>(placement, copy.transform, std::move(description),
                                                 copy.start, std::move(charges)));
   made_.back()->world = creation_.world;
+  made_.back()->held_colliders.Hold(ColliderCountOf(*made_.back()->description()),
+                                    copy.collider_charge);
   const std::vector<Eigen::Vector3d> starts_m = PositionsOfPins(*model, state);
   made_.back()->runtime->Begin(handle, model, on_device.settings,
                                ShiftOf(*model, copy.parameters, placement), starts_m,

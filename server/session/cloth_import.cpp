@@ -25,8 +25,9 @@ Status ImportMaker::MakeOne(Backend& backend, const SavedCloth& from) {
   cloth.id = from.id;  // until it gets another one
   cloth.world = from.world;
   if (from.length_charge != nullptr) {
-    cloth.HoldLengths(description.model->described_constraint_count(), from.length_charge);
+    cloth.held_lengths.Hold(description.model->described_constraint_count(), from.length_charge);
   }
+  cloth.held_colliders.Hold(ColliderCountOf(description), from.collider_charge);
   const std::vector<Eigen::Vector3d> pins_m = from.runtime.pins.At(from.runtime.progress.time_s);
   cloth.runtime->Begin(handle, description.model, on_device.settings,
                        ShiftOf(*description.model, description.parameters, from.placement), pins_m,

@@ -26,8 +26,9 @@ struct SavedCloth {
   std::shared_ptr<const ClearStart> start{};  // ClothRecord::described_start
   std::shared_ptr<const ClothDescription> description{};
   ClothCharges charges{};  // of the description
-  // For ClothRecord::HoldLengths; of an import whose lengths are driven.
+  // Of an import, for ClothRecord::held_lengths, where they are driven, and held_colliders.
   std::shared_ptr<const void> length_charge{};
+  std::shared_ptr<const void> collider_charge{};
   RuntimeState runtime{};
   // Its particles are rows [first_row, first_row + particle_count), at the precision of the
   // backend.

@@ -102,12 +102,15 @@ void Session::CreateCloths(ClothCreation creation,
 }
 
 Status Session::ShareModels(ClothCreation& creation) {
-  DRAPE_ASSIGN_OR_RETURN(SharedModel shared, commons_->models.Share(owner(), creation.model));
+  DRAPE_ASSIGN_OR_RETURN(SharedModel shared,
+                         commons_->models.Share(owner(), creation.model, creation.description));
   creation.model = std::move(shared.model);
   creation.model_charge = std::move(shared.charge);
   for (ClothCopy& copy : creation.copies) {
+    DRAPE_ASSIGN_OR_RETURN(copy.collider_charge, ChargeColliders(copy.parameters.colliders.size()));
     if (copy.model == nullptr) continue;
-    DRAPE_ASSIGN_OR_RETURN(SharedModel own, commons_->models.Share(owner(), copy.model));
+    DRAPE_ASSIGN_OR_RETURN(SharedModel own,
+                           commons_->models.Share(owner(), copy.model, copy.description));
     copy.model = std::move(own.model);
     copy.model_charge = std::move(own.charge);
   }
@@ -210,6 +213,12 @@ void Session::UpdateCloths(ClothList cloths, ClothChange change,
       return;
     }
     change.map_charges = std::move(charges).value();
+  }
+  if (change.colliders) {
+    std::vector<CountedCloth> counted;
+    const auto count = static_cast<uint32_t>(change.colliders->size());
+    for (const auto& cloth : cloths) counted.push_back({cloth, count});
+    if (const Status status = HoldColliders(counted); !status.ok()) return done(status);
   }
   std::vector<ChangedModel> models;
   if (change.needs_model()) {
