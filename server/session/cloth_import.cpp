@@ -1,8 +1,6 @@
 #include "server/session/cloth_import.h"
 
-#include <algorithm>
-
-#include "server/session/cloth_creation.h"
+#include "server/session/preparation.h"
 
 namespace drape {
 
@@ -38,14 +36,11 @@ Status ImportMaker::MakeOne(Backend& backend, const SavedCloth& from) {
 }
 
 SharedParts PrepareImport(std::span<const SavedCloth> cloths, const BackendDescription& backend) {
-  SharedParts made;
-  for (const SavedCloth& cloth : cloths.first(std::min(cloths.size(), kMaxPreparedCloths))) {
-    const ClothDescription& description = *cloth.description;
-    made.push_back(
-        PrepareOne(backend, description.model,
-                   OnDevice(*description.model, description.parameters, cloth.placement)));
+  Preparation preparation(backend);
+  for (const SavedCloth& cloth : cloths) {
+    preparation.Add(cloth.description->model, cloth.description->parameters, cloth.placement);
   }
-  return made;
+  return preparation.Take();
 }
 
 }  // namespace drape

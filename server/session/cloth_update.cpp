@@ -10,6 +10,7 @@
 
 #include "server/session/cloth_creation.h"
 #include "server/session/cloth_reset.h"
+#include "server/session/preparation.h"
 
 namespace drape {
 
@@ -190,15 +191,15 @@ Status CheckWholeWorlds(std::span<const std::shared_ptr<ClothRecord>> cloths,
 SharedParts PrepareUpdate(std::span<const std::shared_ptr<ClothRecord>> cloths,
                           const ClothChange& change, std::span<const ChangedModel> models,
                           const BackendDescription& backend) {
-  SharedParts made;
-  for (size_t k = 0; k < std::min(cloths.size(), kMaxPreparedCloths); ++k) {
+  Preparation preparation(backend);
+  for (size_t k = 0; k < cloths.size(); ++k) {
     const auto before = cloths[k]->description();
     const Result<ClothParameters> after = ApplyChange(before->parameters, change, k);
     if (!after.ok()) break;  // UpdateOnDevice says so
     const auto& model = models.empty() ? before->model : models[k].model;
-    made.push_back(PrepareOne(backend, model, OnDevice(*model, *after, cloths[k]->placement)));
+    preparation.Add(model, *after, cloths[k]->placement);
   }
-  return made;
+  return preparation.Take();
 }
 
 ClothUpdater::ClothUpdater(std::vector<std::shared_ptr<ClothRecord>> cloths, ClothChange change,

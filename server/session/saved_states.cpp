@@ -1,10 +1,12 @@
 #include "server/session/saved_states.h"
 
 #include <algorithm>
+#include <map>
 #include <utility>
 #include <variant>
 
 #include "server/session/cloth_creation.h"
+#include "server/session/preparation.h"
 #include "server/session/sliced_command.h"
 #include "server/session/start_cost.h"
 
@@ -136,6 +138,20 @@ Status SaveOnDevice(Backend& backend, std::span<const std::shared_ptr<ClothRecor
   saved.permits.push_back(std::move(permit));
   saved.bytes += bytes;
   return Status::Ok();
+}
+
+void HoldParts(const BackendDescription& backend, std::span<SavedCloth> saved) {
+  if (!backend.make_shared_parts) return;
+  std::map<PartsKind, std::shared_ptr<const void>> of_kinds;
+  for (SavedCloth& cloth : saved) {
+    const auto& model = cloth.description->model;
+    const ClothParameters& parameters = cloth.description->parameters;
+    auto& parts = of_kinds[KindOf(*model, parameters)];
+    if (parts == nullptr) {
+      parts = backend.make_shared_parts(model, OnDevice(*model, parameters, cloth.placement));
+    }
+    cloth.parts = parts;
+  }
 }
 
 Status CheckLoads(const ClothRecord& cloth, const SavedCloth& from, const std::string& field) {

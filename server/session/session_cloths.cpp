@@ -8,6 +8,7 @@
 #include "server/session/cloth_creation.h"
 #include "server/session/cloth_hold.h"
 #include "server/session/cloth_update.h"
+#include "server/session/preparation.h"
 #include "server/session/session.h"
 #include "server/session/sliced_command.h"
 #include "server/session/start_cost.h"
@@ -231,7 +232,8 @@ void Session::UpdateCloths(ClothList cloths, ClothChange change,
   }
   SharedParts made;
   const BackendDescription& backend = commons_->scheduler.description();
-  if (!models.empty() || (backend.prepare && change.may_need_programs())) {
+  if (!models.empty() || (backend.prepare && change.may_need_programs()) ||
+      (backend.make_shared_parts && MayNeedParts(cloths, change))) {
     made = PrepareUpdate(cloths, change, models, backend);
   }
   const auto updater = std::make_shared<ClothUpdater>(std::move(cloths), std::move(change),

@@ -21,8 +21,10 @@ void Session::SaveStates(ClothList cloths, std::string name,
       [self = shared_from_this(), held, hold, saved](Backend& backend, size_t begin, size_t end) {
         if (begin == 0) DRAPE_RETURN_IF_ERROR(CheckAlive(*held));
         if (begin == 0 && end < held->size()) hold->Take(*held);
-        return SaveOnDevice(backend, std::span(*held).subspan(begin, end - begin),
-                            *self->commons_->saved, self->owner(), *saved);
+        DRAPE_RETURN_IF_ERROR(SaveOnDevice(backend, std::span(*held).subspan(begin, end - begin),
+                                           *self->commons_->saved, self->owner(), *saved));
+        HoldParts(self->commons_->scheduler.description(), std::span(saved->cloths).subspan(begin));
+        return Status::Ok();
       },
       [self = shared_from_this(), hold, saved, name, done](Backend&, const Status& outcome) {
         hold->Release();
