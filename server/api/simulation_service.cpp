@@ -83,7 +83,8 @@ std::shared_ptr<ByteBudget> MakeUnreadBudget(const RequestLimits& limits) {
   return std::make_shared<ByteBudget>(
       "TOO_MANY_UNREAD_BYTES",
       ByteBudget::Limit{"max_unread_bytes_per_session", limits.max_unread_bytes_per_session},
-      ByteBudget::Limit{"max_unread_bytes", limits.max_unread_bytes}, kRetryWhenUnread_ms);
+      ByteBudget::Limit{"max_unread_bytes", limits.max_unread_bytes}, kRetryWhenUnread_ms,
+      limits.max_unread_bytes / 2);
 }
 
 Caller ServiceContext::Identify(const grpc::CallbackServerContext& call) const {

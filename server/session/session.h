@@ -50,7 +50,7 @@ struct SessionCommons {
   const std::shared_ptr<ByteBudget> saved = std::make_shared<ByteBudget>(
       "TOO_MANY_SAVED_STATES",
       ByteBudget::Limit{"max_saved_bytes_per_owner", limits.max_saved_bytes / 4},
-      ByteBudget::Limit{"max_saved_bytes", limits.max_saved_bytes}, 0);
+      ByteBudget::Limit{"max_saved_bytes", limits.max_saved_bytes}, 0, limits.max_saved_bytes / 2);
   TenantQuota tenants{limits.per_tenant, limits.max_state_bytes};
   std::atomic<uint64_t> worlds{0};  // made so far
   ModelCache models{limits.max_model_bytes};
