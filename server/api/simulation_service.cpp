@@ -3,6 +3,7 @@
 #include <google/protobuf/descriptor.h>
 #include <spdlog/fmt/chrono.h>
 #include <spdlog/fmt/fmt.h>
+#include <spdlog/spdlog.h>
 
 #include <algorithm>
 #include <ctime>
@@ -89,6 +90,7 @@ std::shared_ptr<ByteBudget> MakeUnreadBudget(const RequestLimits& limits) {
 
 Caller ServiceContext::Identify(const grpc::CallbackServerContext& call) const {
   Caller caller = authentication != nullptr ? authentication->Identify(call) : Caller{};
+  if (caller.is_refused) spdlog::debug("call_refused peer={}", call.peer());
   caller.deadline_us = DeadlineOf_us(call, clock);
   const auto& metadata = call.client_metadata();
   const auto known = metadata.find(kIncarnationHeader);
