@@ -181,8 +181,8 @@ void AddLimits(CLI::App& app, Config& config) {
                       "particle, where they are in the memory of the process (all but a GPU's); a "
                       "tenant may have no more than it leaves free");
   AddNumber<uint64_t>(app, "--max-model-bytes", sessions.max_model_bytes, 1u << 20, UINT64_MAX / 2,
-                      "models of cloths of all sessions, equal ones of a tenant counted once; a "
-                      "tenant, or a session without one, may have half");
+                      "models of cloths of all sessions, equal ones of a tenant counted once, and "
+                      "colliders; a tenant, or a session without one, may have half");
   AddNumber(app, "--max-steps-per-request", scheduler.max_steps_per_request, 1u, kMaxCount, "");
   AddNumber(app, "--max-cloths-per-batch", scheduler.max_cloths_per_batch, 1u, kMaxCount,
             "cloths stepped together");

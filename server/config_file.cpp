@@ -10,6 +10,7 @@
 #include <iterator>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <numeric>
 #include <sstream>
 
 namespace drape {
@@ -137,6 +138,37 @@ char FirstSign(const std::string& text) {
   return 0;
 }
 
+// How many letters must be put in, left out or replaced to make one of the other.
+size_t EditDistance(const std::string& one, const std::string& other) {
+  std::vector<size_t> row(other.size() + 1);
+  std::iota(row.begin(), row.end(), size_t{0});
+  for (size_t i = 0; i < one.size(); ++i) {
+    size_t diagonal = std::exchange(row[0], i + 1);
+    for (size_t k = 0; k < other.size(); ++k) {
+      const size_t replaced = diagonal + (one[i] == other[k] ? 0 : 1);
+      diagonal = row[k + 1];
+      row[k + 1] = std::min({replaced, row[k] + 1, row[k + 1] + 1});
+    }
+  }
+  return row.back();
+}
+
+// "; did you mean 'max-sessions'?" for a name that is spelled nearly so, or with underscores.
+std::string HintFor(const CLI::App& app, const std::string& name) {
+  constexpr size_t kFar = 3;
+  std::string nearest;
+  size_t least = kFar;
+  for (const CLI::Option* option : app.get_options()) {
+    if (!IsSetting(*option)) continue;
+    const std::string& known = option->get_lnames().front();
+    const size_t distance = EditDistance(FlagName(name), known);
+    if (distance >= least) continue;
+    least = distance;
+    nearest = known;
+  }
+  return nearest.empty() ? "" : "; did you mean '" + nearest + "'?";
+}
+
 std::string Quoted(const std::string& text) {
   return pb::TextFormat::FieldValuePrinter().PrintString(text);
 }
@@ -152,7 +184,8 @@ std::vector<CLI::ConfigItem> ConfigFile::from_config(std::istream& input) const 
   for (const CLI::ConfigItem& item : settings) {
     const CLI::Option* option = app_.get_option_no_throw("--" + item.name);
     if (option == nullptr || !IsSetting(*option)) {
-      throw CLI::FileError("the config file: there is no setting '" + item.name + "'");
+      throw CLI::FileError("the config file: there is no setting '" + item.name + "'" +
+                           HintFor(app_, item.name));
     }
   }
   return settings;

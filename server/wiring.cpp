@@ -1,6 +1,7 @@
 #include "server/wiring.h"
 
 #include <sched.h>
+#include <spdlog/fmt/fmt.h>
 #include <spdlog/spdlog.h>
 #include <sys/stat.h>
 #include <unistd.h>
@@ -163,7 +164,9 @@ Result<std::unique_ptr<api::GrpcServer>> StartAdmin(const Config& config,
     return started.get_future().get();
   }();
   if (server.ok()) {
-    spdlog::info("admin_started listen={} port={}", config.admin_listen, (*server)->port());
+    const bool is_socket = config.admin_listen.starts_with("unix:");
+    const std::string port = is_socket ? "" : fmt::format(" port={}", (*server)->port());
+    spdlog::info("admin_started listen={}{}", config.admin_listen, port);
   }
   return server;
 }

@@ -6,7 +6,8 @@
 
 namespace drape::cli {
 
-// With control characters as \xNN: they could move the cursor, or write what looks like ours.
+// With control characters, and those that turn the direction of what follows, as \xNN: they could
+// move the cursor, or write what looks like ours.
 std::string Printable(std::string_view text);
 
 }  // namespace drape::cli

@@ -130,8 +130,9 @@ Status TokenTakenAway() {
 
 grpc::Status Unauthenticated() {
   return Refusal(grpc::StatusCode::UNAUTHENTICATED, kInvalidToken,
-                 "the call carries no valid token (authorization: Bearer TOKEN), or its connection "
-                 "no certificate of a tenant");
+                 "the call carries no valid token of a tenant (authorization: Bearer TOKEN; one of "
+                 "@operator is for drape.v1.AdminService alone), or its connection no certificate "
+                 "of a tenant");
 }
 
 grpc::Status AdminOnly() {

@@ -11,6 +11,7 @@
 #include "server/api/step_cost.h"
 #include "server/core/memory_reserve.h"
 #include "server/session/cloth_update.h"
+#include "server/session/preparation.h"
 
 namespace drape::api {
 namespace {
@@ -132,11 +133,14 @@ void StartUpdate(const ServiceContext& context, const Caller& caller,
       std::make_shared<Update>(Update{std::move(*session), std::move(*cloths), std::move(*change),
                                       std::move(*meshes), std::move(done)});
   const Waiter waiter{cancel, caller.deadline_us};
-  // New pins and connections need a new model, mesh colliders need distance maps, and a GPU may
-  // need other programs. Every other change is made at once.
-  const bool has_programs = context.scheduler.description().prepare != nullptr;
-  const bool takes_long = update->change.needs_model() || !update->meshes.empty() ||
-                          (has_programs && update->change.may_need_programs());
+  // New pins and connections need a new model, mesh colliders need distance maps, a GPU may need
+  // other programs, and what touches other things than before is sorted for that. Every other
+  // change is made at once.
+  const BackendDescription& backend = context.scheduler.description();
+  const bool takes_long =
+      update->change.needs_model() || !update->meshes.empty() ||
+      (backend.prepare && update->change.may_need_programs()) ||
+      (backend.make_shared_parts && MayNeedParts(update->cloths, update->change));
   if (takes_long) return BuildAndUpdate(context, waiter, update);
   const Status posted = WithinMemory([&] {
     UpdateNow(context, waiter, update);

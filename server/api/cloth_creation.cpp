@@ -2,6 +2,7 @@
 
 #include <memory>
 #include <optional>
+#include <span>
 #include <utility>
 
 #include "server/api/build_queue.h"
@@ -48,6 +49,17 @@ Result<v1::CreateClothsResponse> ToAnswer(const Result<CreatedCloths>& created) 
 uint64_t MostAnswerBytes(const CheckedCreation& checked) {
   constexpr uint64_t kIdBytes = 10, kShapeBytes = 1024;
   return checked.copies.size() * kIdBytes + kShapeBytes;
+}
+
+// The copies, each with colliders of its own: the same few bytes ask for 65 536 of them, or for a
+// million colliders.
+uint64_t BytesOf(const std::vector<ClothCopy>& copies) {
+  uint64_t bytes = std::span(copies).size_bytes();
+  for (const ClothCopy& copy : copies) {
+    bytes += std::span(copy.parameters.colliders).size_bytes() +
+             std::span(copy.parameters.collider_motions).size_bytes();
+  }
+  return bytes;
 }
 
 // An override without settings of its own has those of the spec.
@@ -114,7 +126,8 @@ void StartCreation(const ServiceContext& context, const Caller& caller,
   if (!session.ok()) return done(session.status());
 
   Result<std::shared_ptr<void>> held =
-      context.unread->Take((*session)->owner(), request.ByteSizeLong() + MostAnswerBytes(*checked));
+      context.unread->Take((*session)->owner(), request.ByteSizeLong() + BytesOf(checked->copies) +
+                                                    MostAnswerBytes(*checked));
   if (!held.ok()) return done(held.status());
   hold(std::move(held).value());
   auto meshes = WithinMemory([&]() -> Result<std::vector<ColliderMesh>> {

@@ -26,6 +26,12 @@ Result<NamedCloths> FindNamed(const ServiceContext& context, const Caller& calle
   return NamedCloths{std::move(session), std::move(cloths)};
 }
 
+uint64_t BytesOfStates(const ClothList& cloths) {
+  uint64_t particles = 0;
+  for (const auto& cloth : cloths) particles += cloth->description()->model->particle_count();
+  return particles * 2 * sizeof(Eigen::Vector3d);
+}
+
 // A page ends early rather than exceed this many bytes: gRPC clients accept 4 MB by default.
 constexpr size_t kMaxPageBytes = 1u << 20;
 
@@ -69,7 +75,7 @@ grpc::ServerUnaryReactor* SimulationService::GetCloth(Context* context,
   const Result<NamedCloths> named = FindNamed(context_, caller, request->session(), {&id, 1});
   if (!named.ok()) return Answer(context, named.status(), tag);
   *response = ToProto(*named->cloths.front());
-  return AnswerCounted(*context_.unread, named->session->owner(), response->ByteSizeLong(), tag);
+  return AnswerCounted(*context_.unread, named->session->owner(), *response, tag);
 }
 
 grpc::ServerUnaryReactor* SimulationService::ListCloths(Context* context,
@@ -84,7 +90,7 @@ grpc::ServerUnaryReactor* SimulationService::ListCloths(Context* context,
       (*session)->ListCloths(request->page_size(), request->page_token());
   if (!page.ok()) return Answer(context, page.status(), tag);
   FillPage(*page, response);
-  return AnswerCounted(*context_.unread, (*session)->owner(), response->ByteSizeLong(), tag);
+  return AnswerCounted(*context_.unread, (*session)->owner(), *response, tag);
 }
 
 grpc::ServerUnaryReactor* SimulationService::UpdateCloths(Context* context,
@@ -138,10 +144,15 @@ grpc::ServerUnaryReactor* SimulationService::WriteStates(Context* context,
   const Status check = CheckWriteStates(*request);
   if (!check.ok()) return Answer(context, check, tag);
   return DoOnce(context_, caller, tag, *request, response, ToClothIds(request->cloth_ids()),
-                [request](Session& session, const ClothList& cloths, const auto& end) {
+                [this, request](Session& session, const ClothList& cloths, const auto& end) {
+                  // In double precision, until the device has taken them.
+                  auto held = context_.unread->Take(session.owner(), BytesOfStates(cloths));
+                  if (!held.ok()) return end(held.status());
                   Result<std::vector<ParticleState>> states = ToStates(*request, cloths);
                   if (!states.ok()) return end(states.status());
-                  session.WriteStates(cloths, std::move(*states), WithoutValue(end));
+                  session.WriteStates(cloths, std::move(*states),
+                                      [done = WithoutValue(end), held = std::move(*held)](
+                                          const Status& status) { done(status); });
                 });
 }
 
@@ -155,7 +166,7 @@ grpc::ServerUnaryReactor* SimulationService::ReadTopology(Context* context,
   const Result<NamedCloths> named = FindNamed(context_, caller, request->session(), {&id, 1});
   if (!named.ok()) return Answer(context, named.status(), tag);
   *response = TopologyOf(*named->cloths.front());
-  return AnswerCounted(*context_.unread, named->session->owner(), response->ByteSizeLong(), tag);
+  return AnswerCounted(*context_.unread, named->session->owner(), *response, tag);
 }
 
 }  // namespace drape::api

@@ -58,7 +58,7 @@ grpc::ServerUnaryReactor* SimulationService::ListSessions(Context* context,
     message->set_name(ShortSessionName(session.name));
   }
   response->set_next_page_token(page->next_page_token);
-  return AnswerCounted(*context_.unread, caller.tenant, response->ByteSizeLong(), tag);
+  return AnswerCounted(*context_.unread, caller.tenant, *response, tag);
 }
 
 grpc::ServerUnaryReactor* SimulationService::RenewSession(Context* context,

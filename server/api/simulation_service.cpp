@@ -3,6 +3,7 @@
 #include <google/protobuf/descriptor.h>
 #include <spdlog/fmt/chrono.h>
 #include <spdlog/fmt/fmt.h>
+#include <spdlog/spdlog.h>
 
 #include <algorithm>
 #include <ctime>
@@ -83,11 +84,13 @@ std::shared_ptr<ByteBudget> MakeUnreadBudget(const RequestLimits& limits) {
   return std::make_shared<ByteBudget>(
       "TOO_MANY_UNREAD_BYTES",
       ByteBudget::Limit{"max_unread_bytes_per_session", limits.max_unread_bytes_per_session},
-      ByteBudget::Limit{"max_unread_bytes", limits.max_unread_bytes}, kRetryWhenUnread_ms);
+      ByteBudget::Limit{"max_unread_bytes", limits.max_unread_bytes}, kRetryWhenUnread_ms,
+      limits.max_unread_bytes / 2);
 }
 
 Caller ServiceContext::Identify(const grpc::CallbackServerContext& call) const {
   Caller caller = authentication != nullptr ? authentication->Identify(call) : Caller{};
+  if (caller.is_refused) spdlog::debug("call_refused peer={}", call.peer());
   caller.deadline_us = DeadlineOf_us(call, clock);
   const auto& metadata = call.client_metadata();
   const auto known = metadata.find(kIncarnationHeader);

@@ -96,9 +96,10 @@ Result<ReadModel> ToModel(size_t number, const v1::ModelSnapshot& message,
   if (!target.is_inexact && (*model)->content_hash() != message.content_hash()) {
     return SnapshotDamaged("model " + std::to_string(number) + " is not the one that was saved");
   }
-  DRAPE_ASSIGN_OR_RETURN(SharedModel shared, target.session.ShareModel(std::move(*model)));
-  return ReadModel{std::make_shared<const ModelDescription>(std::move(checked.description)),
-                   std::move(shared.model), std::move(shared.charge)};
+  auto description = std::make_shared<const ModelDescription>(std::move(checked.description));
+  DRAPE_ASSIGN_OR_RETURN(SharedModel shared,
+                         target.session.ShareModel(std::move(*model), description));
+  return ReadModel{std::move(description), std::move(shared.model), std::move(shared.charge)};
 }
 
 Result<ReadMap> ToMap(size_t number, const v1::Mesh& message, const SnapshotTarget& target) {
@@ -253,6 +254,8 @@ Result<SavedCloth> ToCloth(size_t number, v1::ClothSnapshot& message, const Read
   cloth.world = CheckWorldName(path.Child("world"), message.world(), violations);
   Describe(path, message, shared, target, cloth, violations);
   DRAPE_RETURN_IF_ERROR(violations.ToStatus());
+  DRAPE_ASSIGN_OR_RETURN(cloth.collider_charge,
+                         target.session.ChargeColliders(ColliderCountOf(*cloth.description)));
   const SceneModel& model = *cloth.description->model;
   DRAPE_RETURN_IF_ERROR(CheckCost(path, model, cloth.description->parameters));
   const uint32_t rows = model.particle_count();

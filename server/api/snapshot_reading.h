@@ -23,8 +23,8 @@ struct SnapshotTarget {
   bool is_inexact = false;  // another build, backend or device is accepted
 };
 
-// Seconds of work: builder threads. The ids are the former ones; plans are open. Models and maps
-// count for the session as soon as they are read. INVALID_ARGUMENT (SNAPSHOT_DAMAGED;
+// Seconds of work: builder threads. The ids are the former ones; plans are open. Models, maps
+// and colliders count for the session as soon as they are read. INVALID_ARGUMENT (SNAPSHOT_DAMAGED;
 // INVALID_FIELDS: "cloths[2].runtime.pins[0]"), FAILED_PRECONDITION (SNAPSHOT_TOO_NEW,
 // OTHER_BUILD), RESOURCE_EXHAUSTED (QUOTA_EXCEEDED, REQUEST_TOO_LARGE), the stop reason.
 Result<std::vector<SavedCloth>> ReadSnapshot(std::string_view bytes, const SnapshotTarget& target);

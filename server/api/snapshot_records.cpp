@@ -4,6 +4,7 @@
 
 #include <cstring>
 #include <limits>
+#include <utility>
 
 #include "server/api/parsed_size.h"
 #include "server/api/sha256.h"
@@ -53,12 +54,16 @@ Status SnapshotDamaged(const std::string& why) {
   return {StatusCode::kInvalidArgument, "SNAPSHOT_DAMAGED", "the snapshot is damaged: " + why};
 }
 
-SnapshotWriter::SnapshotWriter() : bytes_(kMagic) {}
+SnapshotWriter::SnapshotWriter(std::function<Status(uint64_t bytes)> count)
+    : count_(std::move(count)), bytes_(kMagic) {}
 
 Status SnapshotWriter::Add(const google::protobuf::MessageLite& message) {
   if (message.ByteSizeLong() > size_t{std::numeric_limits<int>::max()}) {
     return {StatusCode::kResourceExhausted, "SNAPSHOT_TOO_LARGE",
             "one cloth or mesh takes 2 GiB or more"};
+  }
+  if (count_) {
+    DRAPE_RETURN_IF_ERROR(count_(bytes_.size() + kHeadBytes + message.ByteSizeLong()));
   }
   const std::string text = message.SerializeAsString();
   const std::string length = LittleEndian(text.size());

@@ -4,6 +4,7 @@
 #include <google/protobuf/message.h>
 
 #include <cstdint>
+#include <functional>
 #include <limits>
 #include <string>
 #include <string_view>
@@ -17,12 +18,14 @@ Status SnapshotDamaged(const std::string& why);
 
 class SnapshotWriter {
  public:
-  SnapshotWriter();
-  // INTERNAL for a message of 2 GiB or more.
+  // `count`: of WriteSnapshot.
+  explicit SnapshotWriter(std::function<Status(uint64_t bytes)> count = {});
+  // RESOURCE_EXHAUSTED (SNAPSHOT_TOO_LARGE) for a message of 2 GiB or more; the error of `count`.
   Status Add(const google::protobuf::MessageLite& message);
   std::string Take() { return std::move(bytes_); }
 
  private:
+  const std::function<Status(uint64_t bytes)> count_;
   std::string bytes_;
   uint64_t records_ = 0;
 };

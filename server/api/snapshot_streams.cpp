@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <utility>
+#include <vector>
 
 #include "server/api/build_queue.h"
 #include "server/api/known_answer.h"
@@ -29,12 +30,22 @@ Status ExportCall::Begin(const ServiceContext& context, const Caller& caller,
 
 Status ExportCall::Make(const ServiceContext& context, const SavedStates& saved) {
   ByteBudget& budget = session_->saved_budget();
-  // The snapshot has the states and what describes them; a builder must not write it only to find
-  // that there is no room.
-  DRAPE_ASSIGN_OR_RETURN(held_, budget.Take(session_->owner(), saved.bytes));
-  DRAPE_ASSIGN_OR_RETURN(bytes_,
-                         WriteSnapshot(saved, context.scheduler.description(), context.version));
-  held_ = nullptr;
+  // Of what has states of a few bytes, the models and meshes may take as much as they please.
+  std::vector<std::shared_ptr<void>> permits;
+  uint64_t counted = 0;
+  const auto count = [&](uint64_t bytes) -> Status {
+    if (bytes <= counted) return Status::Ok();
+    DRAPE_ASSIGN_OR_RETURN(std::shared_ptr<void> permit,
+                           budget.Take(session_->owner(), bytes - counted));
+    permits.push_back(std::move(permit));
+    counted = bytes;
+    return Status::Ok();
+  };
+  // A builder must not write the states only to find that there is no room.
+  DRAPE_RETURN_IF_ERROR(count(saved.bytes));
+  DRAPE_ASSIGN_OR_RETURN(
+      bytes_, WriteSnapshot(saved, context.scheduler.description(), context.version, count));
+  permits.clear();
   DRAPE_ASSIGN_OR_RETURN(held_, budget.Take(session_->owner(), bytes_.size()));
   if (next_ <= bytes_.size()) return Status::Ok();
   return Status::InvalidField("offset", std::to_string(next_) +

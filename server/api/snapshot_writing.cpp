@@ -99,7 +99,8 @@ void Meet(const SavedCloth& cloth, Shared& shared) {
 }  // namespace
 
 Result<std::string> WriteSnapshot(const SavedStates& saved, const BackendDescription& backend,
-                                  const std::string& version) {
+                                  const std::string& version,
+                                  const std::function<Status(uint64_t)>& count) {
   Shared shared;
   for (const SavedCloth& cloth : saved.cloths) Meet(cloth, shared);
   v1::SnapshotHeader header;
@@ -111,7 +112,7 @@ Result<std::string> WriteSnapshot(const SavedStates& saved, const BackendDescrip
   header.set_models(static_cast<uint32_t>(shared.built.size()));
   header.set_meshes(static_cast<uint32_t>(shared.maps.objects().size()));
   header.set_cloths(static_cast<uint32_t>(saved.cloths.size()));
-  SnapshotWriter writer;
+  SnapshotWriter writer(count);
   DRAPE_RETURN_IF_ERROR(writer.Add(header));
   for (size_t k = 0; k < shared.built.size(); ++k) {
     DRAPE_RETURN_IF_ERROR(writer.Add(MessageOf(*shared.models.objects()[k], *shared.built[k])));

@@ -16,6 +16,7 @@
 #include "server/api/view_validation.h"
 #include "server/core/memory_reserve.h"
 #include "server/core/trace.h"
+#include "server/session/driven_lengths.h"
 
 namespace drape::api {
 namespace {

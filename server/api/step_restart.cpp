@@ -42,7 +42,7 @@ Status CheckCosts(const ClothList& resets, const ClothStarts& starts,
   for (const auto& cloth : resets) {
     const auto description = cloth->description();
     cost += starts.overrides.empty() ? PlacingCost(*description)
-                                     : RewritingCost(*description, cloth->charged_lengths());
+                                     : RewritingCost(*description, cloth->held_lengths.count());
   }
   for (const LoadPair& pair : loads) {
     const auto& lengths = pair.from->runtime.lengths;
@@ -90,7 +90,7 @@ Result<Descriptions> AddRestarts(const CheckedStep& checked, const Session& sess
   DRAPE_ASSIGN_OR_RETURN(StateLoads loads, FindLoads(checked.loads, session, cloths));
   DRAPE_RETURN_IF_ERROR(CheckParticles(resets, loads.pairs));
   DRAPE_RETURN_IF_ERROR(CheckCosts(resets, checked.resets.starts, loads.pairs));
-  DRAPE_RETURN_IF_ERROR(session.ChargeDriven(DrivenBy(loads.pairs)));
+  DRAPE_RETURN_IF_ERROR(session.ChargeLoads(loads.pairs));
 
   std::unordered_map<const ClothRecord*, const SavedCloth*> sources;  // null: a reset
   for (const auto& cloth : resets) sources.emplace(cloth.get(), nullptr);

@@ -1,6 +1,7 @@
 // The reactor of unary calls that end later, on another thread.
 #pragma once
 
+#include <google/protobuf/message.h>
 #include <grpcpp/support/server_callback.h>
 
 #include <functional>
@@ -66,11 +67,14 @@ inline grpc::ServerUnaryReactor* Refuse(grpc::CallbackServerContext* context) {
   return reactor;
 }
 
-// The same for an answer of so many bytes, which count until it has been sent.
+// The same for an answer, which counts until it has been sent: its bytes, and the message, which
+// stays until then and takes several times as much where it has many parts.
 inline grpc::ServerUnaryReactor* AnswerCounted(ByteBudget& unread, const std::string& owner,
-                                               uint64_t bytes, const RequestTag& tag) {
+                                               const google::protobuf::Message& answer,
+                                               const RequestTag& tag) {
   UnaryCall* call = UnaryCall::New(tag);
-  Result<std::shared_ptr<void>> held = unread.Take(owner, bytes);
+  Result<std::shared_ptr<void>> held =
+      unread.Take(owner, answer.ByteSizeLong() + answer.SpaceUsedLong());
   if (held.ok()) call->until_sent = std::move(held).value();
   call->End(held.status());
   return call;

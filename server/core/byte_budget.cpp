@@ -23,11 +23,13 @@ struct ByteBudget::Counts {
   }
 };
 
-ByteBudget::ByteBudget(std::string reason, Limit per_owner, Limit in_all, int64_t retry_after_ms)
+ByteBudget::ByteBudget(std::string reason, Limit per_owner, Limit in_all, int64_t retry_after_ms,
+                       uint64_t most_at_once)
     : reason_(std::move(reason)),
       per_owner_(std::move(per_owner)),
       in_all_(std::move(in_all)),
       retry_after_ms_(retry_after_ms),
+      most_at_once_(std::max(most_at_once, per_owner_.bytes)),
       counts_(std::make_shared<Counts>()) {}
 
 Result<std::shared_ptr<void>> ByteBudget::Take(const std::string& owner, uint64_t bytes) {
@@ -42,6 +44,10 @@ Result<std::shared_ptr<void>> ByteBudget::Take(const std::string& owner, uint64_
     const uint64_t held = entry == counts_->by_owner.end() ? 0 : entry->second;
     if (held > 0 && (held >= per_owner_.bytes || bytes > per_owner_.bytes - held)) {
       return Refusal(per_owner_, held, bytes);
+    }
+    if (bytes > most_at_once_) {
+      return Refusal({"what one may take of " + in_all_.name + " at once", most_at_once_}, held,
+                     bytes);
     }
     // Dynamic thresholds, as for the places of requests (scheduler_core.cpp).
     const uint64_t free = in_all_.bytes - counts_->in_all;
@@ -71,7 +77,8 @@ Status ByteBudget::Refusal(const Limit& limit, uint64_t used, uint64_t wanted) c
                 limit.name + " is " + std::to_string(limit.bytes) + ": " + std::to_string(used) +
                     " bytes are held, " + std::to_string(wanted) + " more wanted");
   // Waiting does not help where it is too much by itself.
-  if (wanted <= std::min(per_owner_.bytes, in_all_.bytes) || wanted <= limit.bytes) {
+  if (wanted <= std::min(per_owner_.bytes, in_all_.bytes) ||
+      wanted <= std::min(limit.bytes, most_at_once_)) {
     status.RetryAfterMs(retry_after_ms_);
   }
   return status;

@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "server/core/check.h"
+#include "server/session/preparation.h"
 #include "server/session/sliced_command.h"
 
 namespace drape {
@@ -57,20 +58,13 @@ Placement PlacementOf(const SceneModel& model, const ClothCopy& copy) {
 
 }  // namespace
 
-std::shared_ptr<const void> PrepareOne(const BackendDescription& backend,
-                                       const std::shared_ptr<const SceneModel>& model,
-                                       const ClothParameters& parameters) {
-  if (backend.prepare) backend.prepare(*model, parameters);
-  return backend.make_shared_parts ? backend.make_shared_parts(model, parameters) : nullptr;
-}
-
 void PrepareCloths(ClothCreation& creation, const BackendDescription& backend) {
-  for (size_t k = 0; k < std::min(creation.copies.size(), kMaxPreparedCloths); ++k) {
-    const ClothCopy& copy = creation.copies[k];
+  Preparation preparation(backend);
+  for (const ClothCopy& copy : creation.copies) {
     const auto& model = copy.model != nullptr ? copy.model : creation.model;
-    const ClothParameters parameters = OnDevice(*model, copy.parameters, PlacementOf(*model, copy));
-    creation.shared_parts.push_back(PrepareOne(backend, model, parameters));
+    preparation.Add(model, copy.parameters, PlacementOf(*model, copy));
   }
+  creation.shared_parts = preparation.Take();
 }
 
 Status ClothMaker::MakeOne(Backend& backend, const ClothCopy& copy) {
@@ -87,6 +81,8 @@ Status ClothMaker::MakeOne(Backend& backend, const ClothCopy& copy) {
   made_.push_back(std::make_shared<ClothRecord>(placement, copy.transform, std::move(description),
                                                 copy.start, std::move(charges)));
   made_.back()->world = creation_.world;
+  made_.back()->held_colliders.Hold(ColliderCountOf(*made_.back()->description()),
+                                    copy.collider_charge);
   const std::vector<Eigen::Vector3d> starts_m = PositionsOfPins(*model, state);
   made_.back()->runtime->Begin(handle, model, on_device.settings,
                                ShiftOf(*model, copy.parameters, placement), starts_m,

@@ -41,13 +41,7 @@ class ClothMaker {
   std::vector<std::shared_ptr<ClothRecord>> made_;
 };
 
-// Has done what takes long in the first creation of such cloths (BackendDescription::prepare and
-// make_shared_parts), of so many cloths: those of one request are mostly of one kind. Not on the
-// device thread.
-inline constexpr size_t kMaxPreparedCloths = 16;
-std::shared_ptr<const void> PrepareOne(const BackendDescription& backend,
-                                       const std::shared_ptr<const SceneModel>& model,
-                                       const ClothParameters& parameters);
+// Preparation of the copies. Not on the device thread.
 void PrepareCloths(ClothCreation& creation, const BackendDescription& backend);
 
 // Ends the cloth and frees it on the backend; step requests that name it end with `reason` (without

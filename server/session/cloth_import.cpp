@@ -1,8 +1,6 @@
 #include "server/session/cloth_import.h"
 
-#include <algorithm>
-
-#include "server/session/cloth_creation.h"
+#include "server/session/preparation.h"
 
 namespace drape {
 
@@ -25,8 +23,9 @@ Status ImportMaker::MakeOne(Backend& backend, const SavedCloth& from) {
   cloth.id = from.id;  // until it gets another one
   cloth.world = from.world;
   if (from.length_charge != nullptr) {
-    cloth.HoldLengths(description.model->described_constraint_count(), from.length_charge);
+    cloth.held_lengths.Hold(description.model->described_constraint_count(), from.length_charge);
   }
+  cloth.held_colliders.Hold(ColliderCountOf(description), from.collider_charge);
   const std::vector<Eigen::Vector3d> pins_m = from.runtime.pins.At(from.runtime.progress.time_s);
   cloth.runtime->Begin(handle, description.model, on_device.settings,
                        ShiftOf(*description.model, description.parameters, from.placement), pins_m,
@@ -37,14 +36,11 @@ Status ImportMaker::MakeOne(Backend& backend, const SavedCloth& from) {
 }
 
 SharedParts PrepareImport(std::span<const SavedCloth> cloths, const BackendDescription& backend) {
-  SharedParts made;
-  for (const SavedCloth& cloth : cloths.first(std::min(cloths.size(), kMaxPreparedCloths))) {
-    const ClothDescription& description = *cloth.description;
-    made.push_back(
-        PrepareOne(backend, description.model,
-                   OnDevice(*description.model, description.parameters, cloth.placement)));
+  Preparation preparation(backend);
+  for (const SavedCloth& cloth : cloths) {
+    preparation.Add(cloth.description->model, cloth.description->parameters, cloth.placement);
   }
-  return made;
+  return preparation.Take();
 }
 
 }  // namespace drape

@@ -36,7 +36,7 @@ class ImportMaker {
   std::vector<std::shared_ptr<ClothRecord>> made_;
 };
 
-// PrepareOne for the first few of them. Not on the device thread.
+// Preparation of them. Not on the device thread.
 SharedParts PrepareImport(std::span<const SavedCloth> cloths, const BackendDescription& backend);
 
 }  // namespace drape

@@ -50,21 +50,10 @@ void ClothRecord::ReplaceDescription(std::shared_ptr<const ClothDescription> des
 
 void ClothRecord::DropCharges() {
   ClothCharges dropped;  // freed without the lock
-  std::shared_ptr<const void> lengths;
+  held_lengths.Drop();
+  held_colliders.Drop();
   const std::lock_guard lock(mutex_);
   std::swap(charges_, dropped);
-  lengths.swap(length_charge_);
-}
-
-uint32_t ClothRecord::charged_lengths() const {
-  const std::lock_guard lock(mutex_);
-  return charged_lengths_;
-}
-
-void ClothRecord::HoldLengths(uint32_t count, std::shared_ptr<const void> charge) {
-  const std::lock_guard lock(mutex_);
-  charged_lengths_ = count;
-  length_charge_.swap(charge);
 }
 
 ParticleState ClothRecord::InitialState() const {

@@ -18,6 +18,7 @@
 #include "server/scene/scene_model.h"
 #include "server/scene/start_clearance.h"
 #include "server/scheduler/cloth_runtime.h"
+#include "server/session/held_charge.h"
 #include "server/session/map_quota.h"
 #include "server/solver/cloth_parameters.h"
 
@@ -36,7 +37,9 @@ struct ClothCopy {
   // With the lengths that the start lets out; null: those of the creation.
   std::shared_ptr<const ModelDescription> description{};
   std::shared_ptr<const SceneModel> model{};
-  std::shared_ptr<const void> model_charge{};  // filled in by Session::CreateCloths
+  // Filled in by Session::CreateCloths.
+  std::shared_ptr<const void> model_charge{};
+  std::shared_ptr<const void> collider_charge{};
 };
 
 // What BackendDescription::make_shared_parts has made, held until the cloths are there.
@@ -132,6 +135,10 @@ struct ClothDescription {
   std::string plan;            // BackendDescription::plan_of
 };
 
+inline uint32_t ColliderCountOf(const ClothDescription& description) {
+  return static_cast<uint32_t>(description.parameters.colliders.size());
+}
+
 // What a description counts for while somebody has it. Apart from it, so that a cloth can end
 // without a copy of all its pins and colliders.
 struct ClothCharges {
@@ -158,6 +165,9 @@ class ClothRecord {
   const RigidTransform transform;
   const std::shared_ptr<ClothRuntime> runtime = std::make_shared<ClothRuntime>();
 
+  HeldCharge held_lengths;  // rest lengths of its own, which it has once any has been driven
+  HeldCharge held_colliders;
+
   std::shared_ptr<const ClothDescription> description() const;
   // Of the description.
   ClothCharges charges() const;
@@ -166,10 +176,6 @@ class ClothRecord {
                           ClothCharges charges);
   // The cloth has ended: it counts no longer, though the record may still be held. Device thread.
   void DropCharges();
-
-  // So many rest lengths of its own count until it ends, once any has been driven. Any thread.
-  uint32_t charged_lengths() const;
-  void HoldLengths(uint32_t count, std::shared_ptr<const void> charge);
 
   // The state of creation, computed again from the model: the same bits each time.
   ParticleState InitialState() const;
@@ -185,8 +191,6 @@ class ClothRecord {
   mutable std::mutex mutex_;
   std::shared_ptr<const ClothDescription> description_;
   ClothCharges charges_;
-  uint32_t charged_lengths_ = 0;
-  std::shared_ptr<const void> length_charge_;
 };
 
 // The origin of the cloth frame: the centroid of the rest positions, rounded to single precision so

@@ -10,17 +10,20 @@
 
 #include "server/session/cloth_creation.h"
 #include "server/session/cloth_reset.h"
+#include "server/session/preparation.h"
 
 namespace drape {
 
-// The change of one cloth, complete before anything is changed.
+// The change of one cloth, complete before anything is changed. All cloths of an update have theirs
+// until Commit: what can be made again is not kept.
 struct PlannedUpdate {
   std::shared_ptr<const ClothDescription> after;
-  ClothCharges charges;  // of `after`
-  ClothUpdate write;
-  ClothUpdate undo;
-  std::optional<PinTrack> pins;  // if they are replaced
-  LengthTrack lengths;           // for another model
+  ClothCharges charges;                // of `after`
+  StepSettings settings;               // of the device
+  std::optional<PinTrack> pins;        // if they are replaced
+  LengthTrack lengths;                 // for another model
+  std::unique_ptr<ClothUpdate> write;  // until the device has it
+  bool has_new_model = false;
   bool has_new_colliders = false;
 };
 
@@ -67,11 +70,10 @@ void PlanLengths(const ClothRuntime& runtime, const ClothChange& change, const S
                  PlannedUpdate& plan) {
   const LengthTrack& lengths = runtime.controls().lengths();
   if (!lengths.is_driven()) return;
-  const double now_s = runtime.now().time_s;
-  plan.undo.rest_lengths_m = lengths.LengthsAt(now_s);
   if (change.model.distance_constraints) return;
   plan.lengths = lengths.CarriedTo(model);
-  if (plan.lengths.is_driven()) plan.write.rest_lengths_m = plan.lengths.LengthsAt(now_s);
+  if (!plan.lengths.is_driven()) return;
+  plan.write->rest_lengths_m = plan.lengths.LengthsAt(runtime.now().time_s);
 }
 
 // Whether the change may be made to the cloth as it is now.
@@ -97,51 +99,66 @@ Result<PlannedUpdate> PlanFor(const ClothRecord& cloth, const ClothChange& chang
   DRAPE_ASSIGN_OR_RETURN(ClothParameters parameters,
                          ApplyChange(before->parameters, change, index));
   PlannedUpdate plan;
+  plan.write = std::make_unique<ClothUpdate>();
+  ClothUpdate& write = *plan.write;
   auto after = std::make_shared<ClothDescription>(*before);
   after->parameters = std::move(parameters);
   plan.charges = cloth.charges();
   if (change.colliders) plan.charges.maps = change.map_charges;
   const SceneModel& model = changed != nullptr ? *changed->model : *before->model;
-  plan.write.parameters = OnDevice(model, after->parameters, cloth.placement);
-  plan.undo.parameters = OnDevice(*before->model, before->parameters, cloth.placement);
+  write.parameters = OnDevice(model, after->parameters, cloth.placement);
+  plan.settings = write.parameters->settings;
   plan.has_new_colliders = change.colliders.has_value();
   const ClothControls& controls = cloth.runtime->controls();
-  if (controls.colliders().is_moving()) {
-    plan.undo.collider_motions = controls.colliders().At(cloth.runtime->now().time_s);
-    if (!plan.has_new_colliders) plan.write.collider_motions = plan.undo.collider_motions;
+  const double now_s = cloth.runtime->now().time_s;
+  if (controls.colliders().is_moving() && !plan.has_new_colliders) {
+    write.collider_motions = controls.colliders().At(now_s);
   }
   if (changed != nullptr) {
     after->model_description = changed->description;
     after->model = changed->model;
     plan.charges.model = changed->charge;
-    plan.write.model = after->model;
-    plan.undo.model = before->model;
+    plan.has_new_model = true;
+    write.model = after->model;
     PlanLengths(*cloth.runtime, change, *after->model, plan);
   } else if (controls.lengths().is_driven()) {  // another backend may have to know them
-    plan.undo.rest_lengths_m = controls.lengths().LengthsAt(cloth.runtime->now().time_s);
-    plan.write.rest_lengths_m = plan.undo.rest_lengths_m;
+    write.rest_lengths_m = controls.lengths().LengthsAt(now_s);
   }
   after->plan = backend.plan_of(*after->model, after->parameters);
   if (change.pins) {
-    const double now_s = cloth.runtime->now().time_s;
     after->pins = PinsOf(model, *change.pins);
     plan.pins = PinsAfter(rows, cloth, after->pins);
-    plan.write.pin_targets_m = plan.pins->At(now_s);
-    plan.undo.pin_targets_m = controls.pins().At(now_s);
+    write.pin_targets_m = plan.pins->At(now_s);
   }
   plan.after = std::move(after);
   return plan;
 }
 
+// What the device must be told where it has got the plan, which has not been committed.
+ClothUpdate UndoOf(const ClothRecord& cloth, const PlannedUpdate& plan) {
+  const auto before = cloth.description();
+  const ClothControls& controls = cloth.runtime->controls();
+  const double now_s = cloth.runtime->now().time_s;
+  ClothUpdate undo;
+  if (plan.has_new_model) undo.model = before->model;
+  undo.parameters = OnDevice(*before->model, before->parameters, cloth.placement);
+  if (controls.colliders().is_moving()) undo.collider_motions = controls.colliders().At(now_s);
+  if (controls.lengths().is_driven()) undo.rest_lengths_m = controls.lengths().LengthsAt(now_s);
+  if (plan.pins) undo.pin_targets_m = controls.pins().At(now_s);
+  return undo;
+}
+
 void CommitTo(ClothRecord& cloth, PlannedUpdate plan) {
   ClothRuntime& runtime = *cloth.runtime;
-  runtime.SetSettings(plan.write.parameters->settings);
+  runtime.SetSettings(plan.settings);
   runtime.SetShift(ShiftOf(*plan.after->model, plan.after->parameters, cloth.placement));
   ClothControls& controls = runtime.controls();
-  if (plan.write.model) controls.lengths() = std::move(plan.lengths);
+  if (plan.has_new_model) controls.lengths() = std::move(plan.lengths);
   runtime.SetModel(plan.after->model);
   controls.grips().ReleasePins(*plan.after->model);
-  if (plan.has_new_colliders) StartColliders(*plan.write.parameters, runtime);
+  if (plan.has_new_colliders) {
+    StartColliders(InClothFrame(plan.after->parameters, cloth.placement), runtime);
+  }
   if (plan.pins.has_value()) controls.pins() = std::move(*plan.pins);
   cloth.ReplaceDescription(std::move(plan.after), std::move(plan.charges));
 }
@@ -174,15 +191,15 @@ Status CheckWholeWorlds(std::span<const std::shared_ptr<ClothRecord>> cloths,
 SharedParts PrepareUpdate(std::span<const std::shared_ptr<ClothRecord>> cloths,
                           const ClothChange& change, std::span<const ChangedModel> models,
                           const BackendDescription& backend) {
-  SharedParts made;
-  for (size_t k = 0; k < std::min(cloths.size(), kMaxPreparedCloths); ++k) {
+  Preparation preparation(backend);
+  for (size_t k = 0; k < cloths.size(); ++k) {
     const auto before = cloths[k]->description();
     const Result<ClothParameters> after = ApplyChange(before->parameters, change, k);
     if (!after.ok()) break;  // UpdateOnDevice says so
     const auto& model = models.empty() ? before->model : models[k].model;
-    made.push_back(PrepareOne(backend, model, OnDevice(*model, *after, cloths[k]->placement)));
+    preparation.Add(model, *after, cloths[k]->placement);
   }
-  return made;
+  return preparation.Take();
 }
 
 ClothUpdater::ClothUpdater(std::vector<std::shared_ptr<ClothRecord>> cloths, ClothChange change,
@@ -217,7 +234,8 @@ Status ClothUpdater::Write(Backend& backend, size_t begin, size_t end) {
   }
   for (; written_ < end; ++written_) {
     const ClothHandle handle = cloths_[written_]->runtime->handle();
-    DRAPE_RETURN_IF_ERROR(backend.Write(handle, plans_[written_]->write));
+    const std::unique_ptr<ClothUpdate> write = std::move(plans_[written_]->write);
+    DRAPE_RETURN_IF_ERROR(backend.Write(handle, *write));
   }
   return Status::Ok();
 }
@@ -233,7 +251,7 @@ void ClothUpdater::TakeBack(Backend& backend, size_t count) {
   plans_.resize(written_);
   for (const size_t until = written_ - count; written_ > until; plans_.pop_back()) {
     ClothRecord& cloth = *cloths_[--written_];
-    const Status undone = backend.Write(cloth.runtime->handle(), plans_.back()->undo);
+    const Status undone = backend.Write(cloth.runtime->handle(), UndoOf(cloth, *plans_.back()));
     if (undone.ok()) continue;
     spdlog::error("cloth_ended cloth={} reason=update_not_undone status=\"{}\"", cloth.id.Packed(),
                   undone.ToString());

@@ -57,7 +57,7 @@ class ClothUpdater {
 Status UpdateOnDevice(Backend& backend, std::vector<std::shared_ptr<ClothRecord>> cloths,
                       const ClothChange& change);
 
-// PrepareOne for the first few of the cloths as they will be.
+// Preparation of the cloths as they will be.
 SharedParts PrepareUpdate(std::span<const std::shared_ptr<ClothRecord>> cloths,
                           const ClothChange& change, std::span<const ChangedModel> models,
                           const BackendDescription& backend);

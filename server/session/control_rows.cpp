@@ -100,8 +100,8 @@ class ColliderCheck {
                       ClothControl<ColliderControl>& row) {
     if (RowCheck error = CheckCollider(cloth, description, row)) return error;
     if (!moved_.insert(row.cloth_index).second) return std::nullopt;
-    cost_ +=
-        description.model->particle_count() + RewritingCost(description, cloth.charged_lengths());
+    cost_ += description.model->particle_count() +
+             RewritingCost(description, cloth.held_lengths.count());
     if (cost_ <= kMaxMovedCost) return std::nullopt;
     return RowError{
         "cloth_ids",

@@ -1,37 +1,23 @@
-// What rest lengths of cloths' own count for.
+// The cloths that get rest lengths of their own, and how many: of every constraint, also of those
+// that the pins of the moment leave out.
 #pragma once
 
 #include <memory>
 #include <span>
-#include <string>
 #include <vector>
 
-#include "server/core/status.h"
 #include "server/scheduler/step_controls.h"
 #include "server/session/cloth_record.h"
-#include "server/session/model_cache.h"
+#include "server/session/held_charge.h"
 #include "server/session/saved_states.h"
 
 namespace drape {
 
-// A cloth, and the model by which its lengths are going to be driven.
-struct DrivenCloth {
-  std::shared_ptr<ClothRecord> cloth;
-  std::shared_ptr<const SceneModel> model;
-};
-
-// The cloths that the controls drive; a cloth may occur several times. `becoming` as in
-// ResolveControls.
-std::vector<DrivenCloth> DrivenBy(
+// Those that the controls drive; a cloth may occur several times. `becoming` as in ResolveControls.
+std::vector<CountedCloth> DrivenBy(
     const StepControls& controls, std::span<const std::shared_ptr<ClothRecord>> cloths,
     std::span<const std::shared_ptr<const ClothDescription>> becoming);
 // Those that go on from a cloth whose lengths were driven.
-std::vector<DrivenCloth> DrivenBy(std::span<const LoadPair> pairs);
-
-// Every constraint of these cloths counts among the models of `owner` until its cloth ends: what
-// was driven once is mostly driven again. RESOURCE_EXHAUSTED (QUOTA_EXCEEDED): none counts more
-// than before. Any thread.
-Status ChargeLengths(std::span<const DrivenCloth> driven, ModelCache& models,
-                     const std::string& owner);
+std::vector<CountedCloth> DrivenBy(std::span<const LoadPair> pairs);
 
 }  // namespace drape

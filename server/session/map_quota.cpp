@@ -1,5 +1,6 @@
 #include "server/session/map_quota.h"
 
+#include <algorithm>
 #include <string>
 #include <utility>
 
@@ -14,6 +15,14 @@ void Insert(std::span<const Collider> colliders, DistanceMapSet& maps) {
 }
 
 namespace {
+
+// Seldom: with each call, all would wait for a look at the maps of everybody.
+template <class Entries>
+void DropDead(Entries& entries, size_t& next_sweep_size) {
+  if (entries.size() <= next_sweep_size) return;
+  std::erase_if(entries, [](const auto& entry) { return entry.second.expired(); });
+  next_sweep_size = std::max<size_t>(64, 2 * entries.size());
+}
 
 // Keeps what it counts alive, so that no other map gets its address.
 struct MapPermit {
@@ -30,7 +39,7 @@ MapPool::MapPool(uint64_t max_bytes)
 Result<std::shared_ptr<const void>> MapPool::Take(const std::string& owner,
                                                   const std::shared_ptr<const DistanceMap>& map) {
   const std::lock_guard lock(mutex_);
-  std::erase_if(permits_, [](const auto& entry) { return entry.second.expired(); });
+  DropDead(permits_, next_sweep_size_);
   std::weak_ptr<const void>& entry = permits_[{owner, map.get()}];
   if (auto known = entry.lock()) return known;
   DRAPE_ASSIGN_OR_RETURN(std::shared_ptr<void> bytes, budget_.Take(owner, map->size_bytes()));
@@ -52,7 +61,7 @@ Result<MapCharges> MapQuota::Charge(const DistanceMapSet& maps) {
   // Destroyed after the lock is released: this may be the last owner of a charge.
   MapCharges charges;
   const std::lock_guard lock(mutex_);
-  std::erase_if(charges_, [](const auto& entry) { return entry.second.expired(); });
+  DropDead(charges_, next_sweep_size_);
   std::vector<std::shared_ptr<const DistanceMap>> missing;
   uint64_t wanted_bytes = 0;
   for (const auto& map : maps) {

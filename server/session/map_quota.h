@@ -39,6 +39,7 @@ class MapPool {
   ByteBudget budget_;
   std::mutex mutex_;
   std::map<std::pair<std::string, const DistanceMap*>, std::weak_ptr<const void>> permits_;
+  size_t next_sweep_size_ = 64;  // dead entries are dropped when there are more
 };
 
 class MapQuota;
@@ -86,6 +87,7 @@ class MapQuota : public std::enable_shared_from_this<MapQuota> {
   mutable std::mutex mutex_;
   uint64_t used_bytes_ = 0;
   std::map<const DistanceMap*, std::weak_ptr<const MapCharge>> charges_;
+  size_t next_sweep_size_ = 64;  // as MapPool's
 };
 
 }  // namespace drape

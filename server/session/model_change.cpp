@@ -90,7 +90,7 @@ Result<ChangedModel> Build(const std::shared_ptr<const ModelDescription>& before
   }
   auto model = SceneModel::Build(*description, LimitsFor(change, rules.limits));
   if (!model.ok()) return Below("spec", model.status());
-  DRAPE_ASSIGN_OR_RETURN(SharedModel shared, models.Share(owner, *model));
+  DRAPE_ASSIGN_OR_RETURN(SharedModel shared, models.Share(owner, *model, description));
   return ChangedModel{before, std::move(description), std::move(shared.model),
                       std::move(shared.charge)};
 }

@@ -1,10 +1,12 @@
 #include "server/session/saved_states.h"
 
 #include <algorithm>
+#include <map>
 #include <utility>
 #include <variant>
 
 #include "server/session/cloth_creation.h"
+#include "server/session/preparation.h"
 #include "server/session/sliced_command.h"
 #include "server/session/start_cost.h"
 
@@ -13,6 +15,14 @@ namespace {
 
 // What a cloth takes beside its arrays.
 constexpr uint64_t kBytesPerCloth = sizeof(SavedCloth) + 256;
+
+// The cloth may get another one, and leave this to the saved states. The model has its charge.
+uint64_t BytesOf(const ClothDescription& description) {
+  const ClothParameters& parameters = description.parameters;
+  return sizeof(description) + std::span(description.pins).size_bytes() +
+         std::span(parameters.colliders).size_bytes() +
+         std::span(parameters.collider_motions).size_bytes();
+}
 
 uint64_t BytesOf(const ScalarColumn& column) {
   return std::visit([](const auto& values) { return values.size() * sizeof(values[0]); }, column);
@@ -87,8 +97,8 @@ size_t ClothsPerSlice(std::span<const std::shared_ptr<ClothRecord>> cloths) {
   uint64_t largest = 1;
   for (const auto& cloth : cloths) {
     const auto description = cloth->description();
-    largest = std::max(
-        largest, SliceCost(*description->model, description->parameters, cloth->charged_lengths()));
+    largest = std::max(largest, SliceCost(*description->model, description->parameters,
+                                          cloth->held_lengths.count()));
   }
   return ClothsPerSlice(largest);
 }
@@ -121,13 +131,27 @@ Status SaveOnDevice(Backend& backend, std::span<const std::shared_ptr<ClothRecor
              .columns = columns,
              .first_row = row};
     entry.runtime.may_cross_itself = backend.MayCrossItself(cloth->runtime->handle());
-    bytes += kBytesPerCloth + entry.runtime.held_bytes();
+    bytes += kBytesPerCloth + BytesOf(*entry.description) + entry.runtime.held_bytes();
     row += cloth->runtime->particle_count();
   }
   DRAPE_ASSIGN_OR_RETURN(std::shared_ptr<void> permit, budget.Take(owner, bytes));
   saved.permits.push_back(std::move(permit));
   saved.bytes += bytes;
   return Status::Ok();
+}
+
+void HoldParts(const BackendDescription& backend, std::span<SavedCloth> saved) {
+  if (!backend.make_shared_parts) return;
+  std::map<PartsKind, std::shared_ptr<const void>> of_kinds;
+  for (SavedCloth& cloth : saved) {
+    const auto& model = cloth.description->model;
+    const ClothParameters& parameters = cloth.description->parameters;
+    auto& parts = of_kinds[KindOf(*model, parameters)];
+    if (parts == nullptr) {
+      parts = backend.make_shared_parts(model, OnDevice(*model, parameters, cloth.placement));
+    }
+    cloth.parts = parts;
+  }
 }
 
 Status CheckLoads(const ClothRecord& cloth, const SavedCloth& from, const std::string& field) {

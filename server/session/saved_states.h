@@ -26,9 +26,11 @@ struct SavedCloth {
   std::shared_ptr<const ClearStart> start{};  // ClothRecord::described_start
   std::shared_ptr<const ClothDescription> description{};
   ClothCharges charges{};  // of the description
-  // For ClothRecord::HoldLengths; of an import whose lengths are driven.
+  // Of an import, for ClothRecord::held_lengths, where they are driven, and held_colliders.
   std::shared_ptr<const void> length_charge{};
+  std::shared_ptr<const void> collider_charge{};
   RuntimeState runtime{};
+  std::shared_ptr<const void> parts{};  // of HoldParts
   // Its particles are rows [first_row, first_row + particle_count), at the precision of the
   // backend.
   std::shared_ptr<const StateColumns> columns{};
@@ -58,6 +60,10 @@ uint64_t SliceCostOf(const SavedCloth& from);
 // budget of `owner` does not suffice. Device thread.
 Status SaveOnDevice(Backend& backend, std::span<const std::shared_ptr<ClothRecord>> cloths,
                     ByteBudget& budget, const std::string& owner, SavedStates& saved);
+
+// Holds what the cloths, which live, share of the backend, so that nobody must make it anew for one
+// that becomes a saved one when all others have changed. Device thread.
+void HoldParts(const BackendDescription& backend, std::span<SavedCloth> saved);
 
 // Whether `cloth` can become `from`: the same particles at the same place of its environment, and
 // as many grips; in a world also the same settings, which all its cloths have. INVALID_ARGUMENT

@@ -17,7 +17,7 @@
 #include "server/session/cloth_reset.h"
 #include "server/session/cloth_table.h"
 #include "server/session/distance_map_cache.h"
-#include "server/session/driven_lengths.h"
+#include "server/session/held_charge.h"
 #include "server/session/map_quota.h"
 #include "server/session/model_cache.h"
 #include "server/session/model_change.h"
@@ -46,11 +46,11 @@ struct SessionCommons {
       "TOO_MANY_REQUEST_IDS",
       ByteBudget::Limit{"half of max_request_id_bytes", limits.max_request_id_bytes / 2},
       ByteBudget::Limit{"max_request_id_bytes", limits.max_request_id_bytes}, kRetryWhenFull_ms);
-  // The states that sessions keep by name; an owner may have a quarter.
+  // The states that sessions keep by name; an owner may have a quarter, or one snapshot of half.
   const std::shared_ptr<ByteBudget> saved = std::make_shared<ByteBudget>(
       "TOO_MANY_SAVED_STATES",
       ByteBudget::Limit{"max_saved_bytes_per_owner", limits.max_saved_bytes / 4},
-      ByteBudget::Limit{"max_saved_bytes", limits.max_saved_bytes}, 0);
+      ByteBudget::Limit{"max_saved_bytes", limits.max_saved_bytes}, 0, limits.max_saved_bytes / 2);
   TenantQuota tenants{limits.per_tenant, limits.max_state_bytes};
   std::atomic<uint64_t> worlds{0};  // made so far
   ModelCache models{limits.max_model_bytes};
@@ -122,12 +122,16 @@ class Session : public std::enable_shared_from_this<Session> {
   RequestMemory& request_memory() { return request_memory_; }
   // Shared by the sessions of its tenant.
   DistanceMapCache& maps() { return *maps_; }
-  // The model, and the maps, count for the session while the charges live, also before a cloth has
-  // them. RESOURCE_EXHAUSTED (QUOTA_EXCEEDED).
-  Result<SharedModel> ShareModel(std::shared_ptr<const SceneModel> model) {
-    return commons_->models.Share(owner(), std::move(model));
+  // The model, the maps and so many colliders of a cloth count for the session while the charges
+  // live, also before a cloth has them. RESOURCE_EXHAUSTED (QUOTA_EXCEEDED).
+  Result<SharedModel> ShareModel(std::shared_ptr<const SceneModel> model,
+                                 std::shared_ptr<const ModelDescription> description) {
+    return commons_->models.Share(owner(), std::move(model), std::move(description));
   }
   Result<MapCharges> ChargeMaps(const DistanceMapSet& maps) { return map_quota_->Charge(maps); }
+  Result<std::shared_ptr<const void>> ChargeColliders(size_t count) const {
+    return commons_->models.ChargeColliders(owner(), static_cast<uint32_t>(count));
+  }
 
   // Creates all the copies or none. RESOURCE_EXHAUSTED (QUOTA_EXCEEDED) names the limit;
   // RESOURCE_EXHAUSTED of the backend when the device is full. INVALID_ARGUMENT for cloths that
@@ -189,10 +193,11 @@ class Session : public std::enable_shared_from_this<Session> {
   // The pairs of LoadStates, with its errors, for LoadOnDevice.
   Result<StateLoads> FindLoads(const std::string& name, std::span<const ClothId> into,
                                std::span<const ClothId> from) const;
-  // ChargeLengths in the name of the session.
-  Status ChargeDriven(std::span<const DrivenCloth> driven) const {
-    return ChargeLengths(driven, commons_->models, owner());
-  }
+  // So many rest lengths of the cloths' own (DrivenBy) count among the models, until they end.
+  // RESOURCE_EXHAUSTED (QUOTA_EXCEEDED): none counts more than before.
+  Status ChargeDriven(std::span<const CountedCloth> driven) const;
+  // The same for all that cloths will have once they have become saved ones.
+  Status ChargeLoads(std::span<const LoadPair> pairs) const;
   // SAVED_STATES_NOT_FOUND.
   Status DropStates(const std::string& name);
   // What SaveStates has kept; null: nothing.
@@ -242,9 +247,11 @@ class Session : public std::enable_shared_from_this<Session> {
   void LeaveWorld(const ClothRecord& cloth);
   // The cloths, which are published, enter their worlds. Device thread.
   void JoinWorlds(const ClothList& cloths);
-  // Publishes the cloths of a creation that ended with `status`.
-  // Fills in their charges.
+  // Fills in the charges of the copies.
   Status ShareModels(ClothCreation& creation);
+  // As ChargeDriven, for their colliders.
+  Status HoldColliders(std::span<const CountedCloth> cloths) const;
+  // Publishes the cloths of a creation that ended with `status`.
   Result<CreatedCloths> PublishMade(const ClothMaker& maker, const Status& status);
   // Removes the cloths from this session and the table. Returns those that were still there.
   ClothList Unpublish(const ClothList& cloths);

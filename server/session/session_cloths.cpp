@@ -8,6 +8,7 @@
 #include "server/session/cloth_creation.h"
 #include "server/session/cloth_hold.h"
 #include "server/session/cloth_update.h"
+#include "server/session/preparation.h"
 #include "server/session/session.h"
 #include "server/session/sliced_command.h"
 #include "server/session/start_cost.h"
@@ -102,12 +103,15 @@ void Session::CreateCloths(ClothCreation creation,
 }
 
 Status Session::ShareModels(ClothCreation& creation) {
-  DRAPE_ASSIGN_OR_RETURN(SharedModel shared, commons_->models.Share(owner(), creation.model));
+  DRAPE_ASSIGN_OR_RETURN(SharedModel shared,
+                         commons_->models.Share(owner(), creation.model, creation.description));
   creation.model = std::move(shared.model);
   creation.model_charge = std::move(shared.charge);
   for (ClothCopy& copy : creation.copies) {
+    DRAPE_ASSIGN_OR_RETURN(copy.collider_charge, ChargeColliders(copy.parameters.colliders.size()));
     if (copy.model == nullptr) continue;
-    DRAPE_ASSIGN_OR_RETURN(SharedModel own, commons_->models.Share(owner(), copy.model));
+    DRAPE_ASSIGN_OR_RETURN(SharedModel own,
+                           commons_->models.Share(owner(), copy.model, copy.description));
     copy.model = std::move(own.model);
     copy.model_charge = std::move(own.charge);
   }
@@ -211,6 +215,12 @@ void Session::UpdateCloths(ClothList cloths, ClothChange change,
     }
     change.map_charges = std::move(charges).value();
   }
+  if (change.colliders) {
+    std::vector<CountedCloth> counted;
+    const auto count = static_cast<uint32_t>(change.colliders->size());
+    for (const auto& cloth : cloths) counted.push_back({cloth, count});
+    if (const Status status = HoldColliders(counted); !status.ok()) return done(status);
+  }
   std::vector<ChangedModel> models;
   if (change.needs_model()) {
     auto built = BuildChangedModels(cloths, change, rules, owner(), commons_->models);
@@ -222,7 +232,8 @@ void Session::UpdateCloths(ClothList cloths, ClothChange change,
   }
   SharedParts made;
   const BackendDescription& backend = commons_->scheduler.description();
-  if (!models.empty() || (backend.prepare && change.may_need_programs())) {
+  if (!models.empty() || (backend.prepare && change.may_need_programs()) ||
+      (backend.make_shared_parts && MayNeedParts(cloths, change))) {
     made = PrepareUpdate(cloths, change, models, backend);
   }
   const auto updater = std::make_shared<ClothUpdater>(std::move(cloths), std::move(change),

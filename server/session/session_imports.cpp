@@ -18,12 +18,13 @@ Status Session::Adopt(std::vector<SavedCloth>& cloths) {
   DRAPE_ASSIGN_OR_RETURN(const MapCharges charges, map_quota_->Charge(maps));
   std::map<const DistanceMap*, std::shared_ptr<const MapCharge>> charge_of;
   for (const auto& charge : charges) charge_of[charge->map()] = charge;
-  std::map<const SceneModel*, SharedModel> shared;
+  std::map<const ModelDescription*, SharedModel> shared;
   for (SavedCloth& cloth : cloths) {
     auto description = std::make_shared<ClothDescription>(*cloth.description);
-    SharedModel& known = shared[description->model.get()];
+    SharedModel& known = shared[description->model_description.get()];
     if (known.model == nullptr) {
-      DRAPE_ASSIGN_OR_RETURN(known, commons_->models.Share(owner(), description->model));
+      DRAPE_ASSIGN_OR_RETURN(known, commons_->models.Share(owner(), description->model,
+                                                           description->model_description));
     }
     const auto& model = description->model = known.model;
     cloth.charges.model = known.charge;
@@ -32,6 +33,9 @@ Status Session::Adopt(std::vector<SavedCloth>& cloths) {
     Insert(description->parameters.colliders, its_maps);
     cloth.charges.maps.clear();
     for (const auto& map : its_maps) cloth.charges.maps.push_back(charge_of.at(map.get()));
+    if (cloth.collider_charge == nullptr) {
+      DRAPE_ASSIGN_OR_RETURN(cloth.collider_charge, ChargeColliders(ColliderCountOf(*description)));
+    }
     cloth.description = std::move(description);
     if (!cloth.runtime.lengths.is_driven()) continue;
     DRAPE_ASSIGN_OR_RETURN(cloth.length_charge, commons_->models.ChargeLengths(

@@ -21,8 +21,8 @@ struct SessionLimits {
   uint64_t max_mesh_collider_bytes_per_session = uint64_t{256} << 20;
   // Of all sessions, equal ones of an owner once; a session, or a tenant, may have half.
   uint64_t max_mesh_collider_bytes = uint64_t{4} << 30;
-  // Scene models, equal ones of an owner once, with the backend's copy of them, and driven rest
-  // lengths: of all sessions; a session, or a tenant, may have half.
+  // Scene models, equal ones of an owner once, with the backend's copy of them, their descriptions,
+  // colliders and driven rest lengths: of all sessions; a session, or a tenant, may have half.
   uint64_t max_model_bytes = uint64_t{8} << 30;
   // Per session; and of all sessions together the answers, of which a session, or a tenant, may
   // have a quarter, and the ids, of which it may have half.

@@ -6,6 +6,7 @@
 #include "server/session/cloth_creation.h"
 #include "server/session/cloth_hold.h"
 #include "server/session/cloth_reset.h"
+#include "server/session/driven_lengths.h"
 #include "server/session/session.h"
 #include "server/session/sliced_command.h"
 
@@ -20,8 +21,10 @@ void Session::SaveStates(ClothList cloths, std::string name,
       [self = shared_from_this(), held, hold, saved](Backend& backend, size_t begin, size_t end) {
         if (begin == 0) DRAPE_RETURN_IF_ERROR(CheckAlive(*held));
         if (begin == 0 && end < held->size()) hold->Take(*held);
-        return SaveOnDevice(backend, std::span(*held).subspan(begin, end - begin),
-                            *self->commons_->saved, self->owner(), *saved);
+        DRAPE_RETURN_IF_ERROR(SaveOnDevice(backend, std::span(*held).subspan(begin, end - begin),
+                                           *self->commons_->saved, self->owner(), *saved));
+        HoldParts(self->commons_->scheduler.description(), std::span(saved->cloths).subspan(begin));
+        return Status::Ok();
       },
       [self = shared_from_this(), hold, saved, name, done](Backend&, const Status& outcome) {
         hold->Release();
@@ -88,12 +91,31 @@ Result<StateLoads> Session::FindLoads(const std::string& name, std::span<const C
   return loads;
 }
 
+Status Session::HoldColliders(std::span<const CountedCloth> cloths) const {
+  return HoldAll(cloths, &ClothRecord::held_colliders,
+                 [this](uint32_t count) { return ChargeColliders(count); });
+}
+
+Status Session::ChargeDriven(std::span<const CountedCloth> driven) const {
+  return HoldAll(driven, &ClothRecord::held_lengths,
+                 [this](uint32_t count) { return commons_->models.ChargeLengths(owner(), count); });
+}
+
+Status Session::ChargeLoads(std::span<const LoadPair> pairs) const {
+  std::vector<CountedCloth> colliders;
+  for (const LoadPair& pair : pairs) {
+    colliders.push_back({pair.into, ColliderCountOf(*pair.from->description)});
+  }
+  DRAPE_RETURN_IF_ERROR(HoldColliders(colliders));
+  return ChargeDriven(DrivenBy(pairs));
+}
+
 void Session::LoadStates(const std::string& name, std::span<const ClothId> into,
                          std::span<const ClothId> from, std::function<void(Status)> done) {
   auto found = FindLoads(name, into, from);
   if (!found.ok()) return done(found.status());
   const auto loads = std::make_shared<const StateLoads>(std::move(found).value());
-  if (const Status status = ChargeDriven(DrivenBy(loads->pairs)); !status.ok()) return done(status);
+  if (const Status status = ChargeLoads(loads->pairs); !status.ok()) return done(status);
   uint64_t largest = 1;
   for (const LoadPair& pair : loads->pairs) largest = std::max(largest, SliceCostOf(*pair.from));
   const auto hold = std::make_shared<ClothHold>();

@@ -99,6 +99,10 @@ bool HasSurfaceContacts(const SceneModel& model, const ClothParameters& paramete
   return HasSurfaceContacts(model, parameters, model.pin_count() + parameters.max_grips > 0);
 }
 
+bool MayHaveSurfaceContacts(const SceneModel& model, const ClothParameters& parameters) {
+  return HasSurfaceContacts(model, parameters, true);
+}
+
 bool HasSurfaceContactsUnpulled(const SceneModel& model, const ClothParameters& parameters) {
   return HasSurfaceContacts(model, parameters, false);
 }

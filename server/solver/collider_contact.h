@@ -24,6 +24,8 @@ bool TouchesEdges(const EdgesOfStep& edges, const Collider& collider, const Rigi
 
 // Whether any collider may, in some step, however those move that may, and whatever is held.
 bool HasSurfaceContacts(const SceneModel& model, const ClothParameters& parameters);
+// The same of cloths whose colliders rest, once they have begun to move.
+bool MayHaveSurfaceContacts(const SceneModel& model, const ClothParameters& parameters);
 // The same for steps in which nothing pulls.
 bool HasSurfaceContactsUnpulled(const SceneModel& model, const ClothParameters& parameters);
 

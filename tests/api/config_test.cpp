@@ -105,6 +105,17 @@ TEST_F(ConfigFileTest, UnknownNamesAndBrokenFilesAreUsageErrors) {
   EXPECT_EQ(ParseFile("max_sessions: 5\nmax_session: 5\n").exit_code, 2);
   EXPECT_THAT(testing::internal::GetCapturedStderr(),
               testing::AllOf(testing::HasSubstr("line 2"), testing::HasSubstr("max_session")));
+  // In JSON names are those of the flags.
+  for (const char* text : {R"({"max_sessions": 5})", R"({"max-sesions": 5})", "max_sessions=5\n"}) {
+    testing::internal::CaptureStderr();
+    EXPECT_EQ(ParseFile(text).exit_code, 2) << text;
+    EXPECT_THAT(testing::internal::GetCapturedStderr(),
+                testing::HasSubstr("did you mean 'max-sessions'?"));
+  }
+  testing::internal::CaptureStderr();
+  EXPECT_EQ(ParseFile(R"({"something-else": 5})").exit_code, 2);
+  EXPECT_THAT(testing::internal::GetCapturedStderr(),
+              testing::Not(testing::HasSubstr("did you mean")));
   for (const char* text :
        {"max_sessions: 0", "max_sessions: \"5\"", "max_sessions: -1", "listen: 5", "insecure: 7",
         "max_sessions: 5 max_sessions: 6", "help: true", "print_config: true", "list_devices: true",

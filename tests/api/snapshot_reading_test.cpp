@@ -3,6 +3,8 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+
 #include "drape/v1/snapshot_file.pb.h"
 #include "server/api/snapshot_records.h"
 #include "server/api/snapshot_writing.h"
@@ -83,6 +85,45 @@ TEST_F(SnapshotReading, ModelsCountAsSoonAsTheyAreRead) {
   // Nothing is held any longer.
   models_.pop_back();
   EXPECT_EQ(Read(*small, Bytes()).status().reason(), "SNAPSHOT_DAMAGED");
+}
+
+// A few bytes each in the snapshot.
+TEST_F(SnapshotReading, CollidersCountAsSoonAsTheyAreRead) {
+  ASSERT_NO_FATAL_FAILURE(Save());
+  for (v1::ClothSnapshot& cloth : cloths_) {
+    for (int k = 0; k < 100; ++k) {
+      auto* sphere = cloth.mutable_spec()->mutable_environment()->add_colliders()->mutable_sphere();
+      for (const double x : {0.0, -5.0, 0.0}) sphere->add_center_m(x);
+      sphere->set_radius_m(1);
+    }
+  }
+  SessionLimits limits;
+  limits.max_model_bytes = 600'000;  // an owner may have half
+  SessionRegistry registry(*scheduler_, limits, clock_, "small");
+  const SessionLease small = registry.Create(std::nullopt, "small").value();
+  EXPECT_EQ(Read(*small, Bytes()).status().reason(), "QUOTA_EXCEEDED");
+  cloths_[1].mutable_spec()->mutable_environment()->clear_colliders();
+  const auto read = Read(*small, Bytes());
+  EXPECT_TRUE(read.ok()) << read.status().ToString();
+}
+
+// Whoever counts is asked before each record, and none is made that it refuses.
+TEST_F(SnapshotReading, WhatIsWrittenCountsAsItGrows) {
+  ASSERT_NO_FATAL_FAILURE(Save());
+  const auto saved = session().FindSaved("a");
+  std::vector<uint64_t> counted;
+  const auto bytes = WriteSnapshot(*saved, scheduler_->description(), "1", [&](uint64_t size) {
+    counted.push_back(size);
+    return Status::Ok();
+  });
+  ASSERT_TRUE(bytes.ok());
+  ASSERT_EQ(counted.size(), 2 + saved->cloths.size()) << "the header, the model, the cloths";
+  EXPECT_TRUE(std::ranges::is_sorted(counted));
+  EXPECT_EQ(counted.back(), bytes->size());
+  const auto refused = WriteSnapshot(*saved, scheduler_->description(), "1", [&](uint64_t size) {
+    return size < counted[1] ? Status::Ok() : Status(StatusCode::kResourceExhausted, "FULL", "");
+  });
+  EXPECT_EQ(refused.status().reason(), "FULL");
 }
 
 // Parts without content take two bytes each on the wire.

@@ -48,6 +48,17 @@ TEST(ByteBudget, WhoHoldsNothingMayTakeOneThingThatIsLarger) {
   EXPECT_FALSE(never.retry_after_ms().has_value()) << "waiting would not help";
 }
 
+TEST(ByteBudget, ButNoMoreThanIsAllowedAtOnce) {
+  ByteBudget budget("TOO_MUCH", {"per_owner", 100}, {"in_all", 1000}, 5, 500);
+  const Status refused = budget.Take("a", 501).status();
+  EXPECT_EQ(refused.message(),
+            "what one may take of in_all at once is 500: 0 bytes are held, 501 more wanted");
+  EXPECT_FALSE(refused.retry_after_ms().has_value()) << "waiting would not help";
+  const auto a = budget.Take("a", 500), b = budget.Take("b", 500);
+  EXPECT_TRUE(a.ok());
+  EXPECT_TRUE(b.ok()) << "others find room";
+}
+
 TEST(ByteBudget, WhoeverComesNextFindsRoom) {
   ByteBudget budget = Budget(1000, 1200);
   std::vector<std::shared_ptr<void>> held;

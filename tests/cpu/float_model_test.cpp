@@ -131,6 +131,25 @@ TEST(PartsOfModelsTest, AreThereAsLongAsTheyAreHeld) {
   EXPECT_EQ(parts.models.size(), 0u);
 }
 
+// What a step would have to make, for which nobody should wait: with the first step of a world, or
+// with the first in which a collider moves.
+TEST(PartsOfModelsTest, AreThereBeforeAStepNeedsThem) {
+  PartsOfModels parts;
+  const auto model = HeldAt({});
+  ClothParameters parameters;
+  const auto are_held = [&] {
+    const auto held = parts.ForCloth(model, parameters);
+    return std::pair(parts.surfaces.Get(model).use_count() > 1,
+                     parts.parts.Get(model).use_count() > 1);
+  };
+  EXPECT_EQ(are_held(), std::pair(false, false));
+  parameters.is_in_world = true;
+  EXPECT_EQ(are_held(), std::pair(true, false));
+  parameters.is_in_world = false;
+  parameters.colliders = {CylinderBetween({0, -2, 0}, {0, -1, 0}, 0.1)};
+  EXPECT_EQ(are_held(), std::pair(false, true));
+}
+
 // Strips that cross at the pin of the layout alone are solved in one phase, which is wrong where
 // that particle is free.
 TEST(LayoutTest, HoldsOnlyWhereItsStripsMayMeet) {

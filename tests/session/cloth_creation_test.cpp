@@ -6,6 +6,7 @@
 #include <utility>
 #include <vector>
 
+#include "server/session/preparation.h"
 #include "tests/session/session_fixture.h"
 
 namespace drape {
@@ -62,13 +63,14 @@ TEST_F(ClothCreationTest, SharedPartsAreMadeBeforeAndHeldUntilTheClothsAreThere)
     return part;
   };
   PrepareCloths(creation, backend);
-  EXPECT_EQ(models, std::vector<const SceneModel*>(kMaxPreparedCloths, creation.model.get()));
-  EXPECT_EQ(part.use_count(), 1 + static_cast<long>(kMaxPreparedCloths));
+  EXPECT_EQ(models,
+            std::vector<const SceneModel*>(Preparation::kMaxOfOneKind, creation.model.get()));
+  EXPECT_EQ(part.use_count(), 1 + static_cast<long>(Preparation::kMaxOfOneKind));
   {
     const auto model = creation.model;
     ClothMaker maker(std::exchange(creation, {}), model, "plan");
     EXPECT_TRUE(maker.Make(backend_, 0, 20).ok());
-    EXPECT_EQ(part.use_count(), 1 + static_cast<long>(kMaxPreparedCloths));
+    EXPECT_EQ(part.use_count(), 1 + static_cast<long>(Preparation::kMaxOfOneKind));
     FreeCloths(backend_, maker.TakeMade());
   }
   EXPECT_EQ(part.use_count(), 1);

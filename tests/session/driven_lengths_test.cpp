@@ -76,15 +76,15 @@ TEST_F(DrivenLengthsTest, ClothsThatBecomeADrivenOneCount) {
                        [loaded](const Status& s) mutable { loaded.Set(s); });
   // The places of their environments differ, but not their frames in them.
   ASSERT_TRUE(loaded.Get().ok()) << loaded.Get().message();
-  EXPECT_EQ(cloths_[1]->charged_lengths(), kLinks);
-  EXPECT_EQ(cloths_[2]->charged_lengths(), 0u);
+  EXPECT_EQ(cloths_[1]->held_lengths.count(), kLinks);
+  EXPECT_EQ(cloths_[2]->held_lengths.count(), 0u);
 
   Awaited<Result<std::vector<ClothId>>> imported;
   session().ImportCloths(
       session().FindSaved("here")->cloths,
       [imported](Result<std::vector<ClothId>> r) mutable { imported.Set(std::move(r)); });
   ASSERT_TRUE(imported.Get().ok()) << imported.Get().status().message();
-  EXPECT_EQ(Find(imported.Get().value())[0]->charged_lengths(), kLinks);
+  EXPECT_EQ(Find(imported.Get().value())[0]->held_lengths.count(), kLinks);
 }
 
 }  // namespace

@@ -55,7 +55,7 @@ TEST_F(SessionTest, CollidersAndDrivenLengthsMakeSlicesSmaller) {
   const ClothList cloths = Find(Create(std::move(creation)).value().ids);
   EXPECT_EQ(ClothsPerSlice(std::span(cloths).first(1)), kSliceCloths);
   EXPECT_EQ(ClothsPerSlice(cloths), 7u);
-  cloths[0]->HoldLengths(1u << 16, nullptr);
+  cloths[0]->held_lengths.Hold(1u << 16, nullptr);
   EXPECT_EQ(ClothsPerSlice(std::span(cloths).first(1)), 1u);
 }
 

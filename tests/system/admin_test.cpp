@@ -120,8 +120,11 @@ TEST_F(AdminTest, EveryMethodRefusesTenantsAndStrangers) {
   EXPECT_TRUE(As("two", &Stub::Step, StepsOf(session, {}, 1)).status.ok());
   // The operator's token is for this service alone, and this port for no other.
   EXPECT_TRUE(Ask(&AdminStub::ListTenants, v1::ListTenantsRequest(), "operator").status.ok());
-  EXPECT_EQ(As("operator", &Stub::CreateSession, v1::CreateSessionRequest()).status.error_code(),
-            grpc::StatusCode::UNAUTHENTICATED);
+  const grpc::Status refused =
+      As("operator", &Stub::CreateSession, v1::CreateSessionRequest()).status;
+  EXPECT_EQ(refused.error_code(), grpc::StatusCode::UNAUTHENTICATED);
+  EXPECT_THAT(refused.error_message(),
+              testing::HasSubstr("@operator is for drape.v1.AdminService alone"));
   const auto own =
       grpc::CreateChannel("unix:" + (dir_ / "admin"), grpc::InsecureChannelCredentials());
   EXPECT_EQ(CallByName(own, "/drape.v1.SimulationService/CreateSession", "one").error_code(),

@@ -145,6 +145,7 @@ TEST_P(Logs, HaveNoNameInFullAndNoToken) {
   EXPECT_EQ(server_->WaitForExit(), 0);
   const std::string log = server_->Log();
   ASSERT_EQ(secrets_.size(), 8u);
+  EXPECT_NE(log.find("call_refused"), std::string::npos) << "calls with a wrong token";
   for (const std::string& secret : secrets_) {
     ASSERT_EQ(secret.size(), 32u);
     EXPECT_EQ(log.find(secret), std::string::npos) << "a name in full";

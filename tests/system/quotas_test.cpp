@@ -160,6 +160,50 @@ TEST(Quotas, SavedBytesHaveALimit) {
   EXPECT_TRUE(Call(*stub, &Stub::SaveStates, request).status.ok()) << "room was made";
 }
 
+// A few bytes ask for a million of them, before anything is made.
+TEST(Quotas, CollidersOfACreationUnderWayCount) {
+  ServerProcess server({"--backend=cpu", "--max-unread-bytes=16777216"});
+  ASSERT_TRUE(server.WaitUntilUp());
+  const auto stub = server.NewStub();
+  v1::CreateClothsRequest request = HangingSheet(NewSession(*stub), 2, 1024);
+  for (int k = 0; k < 256; ++k) {
+    auto* sphere = request.mutable_spec()->mutable_environment()->add_colliders()->mutable_sphere();
+    for (const double x : {0.0, -5.0, 0.0}) sphere->add_center_m(x);
+    sphere->set_radius_m(1);
+  }
+  const auto created = Call(*stub, &Stub::CreateCloths, request);
+  EXPECT_EQ(created.status.error_code(), grpc::StatusCode::RESOURCE_EXHAUSTED);
+  EXPECT_THAT(created.status.error_message(), HasSubstr("max_unread_bytes"));
+  request.set_count(16);
+  EXPECT_TRUE(Call(*stub, &Stub::CreateCloths, request).status.ok());
+}
+
+// Numbers in double precision, until the device has taken them, beside the request itself.
+TEST(Quotas, WrittenStatesUnderWayCount) {
+  ServerProcess server({"--backend=cpu", "--max-unread-bytes=16777216"});
+  ASSERT_TRUE(server.WaitUntilUp());
+  const auto stub = server.NewStub();
+  v1::WriteStatesRequest request;
+  request.set_session(NewSession(*stub));
+  const Ids ids = Create(*stub, HangingSheet(request.session(), 256, 8));
+  const auto write = [&](uint32_t count) {
+    request.clear_cloth_ids();
+    for (uint32_t k = 0; k < count; ++k) request.add_cloth_ids(ids[k]);
+    v1::PackedArray& positions = *request.mutable_positions_m();
+    positions.Clear();
+    positions.set_data_type(v1::PackedArray::FLOAT32);
+    positions.add_shape(65536 * count);
+    positions.add_shape(3);
+    positions.set_data(std::string(size_t{65536} * count * 3 * sizeof(float), 0));
+    return Call(*stub, &Stub::WriteStates, request).status;
+  };
+  const grpc::Status status = write(8);
+  EXPECT_EQ(status.error_code(), grpc::StatusCode::RESOURCE_EXHAUSTED);
+  EXPECT_THAT(status.error_message(), HasSubstr("max_unread_bytes"));
+  const grpc::Status one = write(1);
+  EXPECT_TRUE(one.ok()) << one.error_message();
+}
+
 // One small request drives every length of many cloths, which each get theirs.
 TEST(Quotas, DrivenRestLengthsAreCounted) {
   ServerProcess server({"--backend=cpu", "--max-model-bytes=2000000"});

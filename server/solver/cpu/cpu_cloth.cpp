@@ -1,7 +1,10 @@
 #include "server/solver/cpu/cpu_cloth.h"
 
 #include <algorithm>
+#include <array>
+#include <utility>
 
+#include "server/solver/collider_contact.h"
 #include "server/solver/cpu/alone/self_contacts.h"
 #include "server/solver/cpu/side_by_side/group_step.h"
 
@@ -109,20 +112,28 @@ void SetScheme(Cloth& cloth) {
 
 void SetSurfaces(Cloth& cloth, PartsOfModels& made) {
   const FloatControls& controls = cloth.scheme->controls;
-  const bool has_parts = controls.plan.solver.has_surface_contacts;
   const std::shared_ptr<const SceneModel>& model = cloth.model->source;
-  cloth.surface_parts = has_parts ? made.parts.Get(model) : nullptr;
-  cloth.contact_surface = controls.touches_itself ? made.surfaces.Get(model) : nullptr;
+  std::shared_ptr<const SurfaceParts> parts;
+  if (MayHaveSurfaceContacts(*model, cloth.parameters)) parts = made.parts.Get(model);
+  std::shared_ptr<const ContactSurface> surface;
+  const bool may_meet = cloth.parameters.is_in_world && !model->triangles().empty();
+  if (controls.touches_itself || may_meet) surface = made.surfaces.Get(model);
+  cloth.surface_parts = controls.plan.solver.has_surface_contacts ? parts : nullptr;
+  cloth.contact_surface = controls.touches_itself ? surface : nullptr;
+  cloth.kept_parts = std::move(parts);
+  cloth.kept_surface = std::move(surface);
 }
 
 std::shared_ptr<const void> PartsOfModels::ForCloth(const std::shared_ptr<const SceneModel>& model,
                                                     const ClothParameters& parameters) {
-  auto cloth = std::make_shared<Cloth>();
-  cloth->model = models.Get(model);
-  cloth->parameters = parameters;
-  SetScheme(*cloth);
-  SetSurfaces(*cloth, *this);
-  return cloth;
+  Cloth cloth;
+  cloth.model = models.Get(model);
+  cloth.parameters = parameters;
+  SetScheme(cloth);
+  SetSurfaces(cloth, *this);
+  using Parts = std::array<std::shared_ptr<const void>, 3>;
+  return std::make_shared<const Parts>(
+      Parts{cloth.model, std::move(cloth.kept_surface), std::move(cloth.kept_parts)});
 }
 
 void EndSelfContacts(Cloth& cloth, const StepReport& report, const StepScratch& scratch) {

@@ -38,7 +38,8 @@ struct Scheme {
 
 // What cloths of the same model share. Thread-safe.
 struct PartsOfModels {
-  // All that a cloth with these parameters takes from here, as long as the result is held.
+  // All that a cloth with these parameters takes from here, as long as the result is held; but for
+  // it, small.
   std::shared_ptr<const void> ForCloth(const std::shared_ptr<const SceneModel>& model,
                                        const ClothParameters& parameters);
 
@@ -60,6 +61,9 @@ struct Cloth {
   std::shared_ptr<LongStep> long_step{};  // of each that takes part; null: none has begun
   std::shared_ptr<const ContactSurface> contact_surface{};  // if it touches itself
   std::shared_ptr<const SurfaceParts> surface_parts{};      // if these touch colliders
+  // Both also where a world, or colliders that begin to move, may need them in a step: they take
+  // long to make.
+  std::shared_ptr<const void> kept_surface{}, kept_parts{};
   bool may_cross_itself = true;  // or another cloth; until a step has found that nothing crosses
   // Its last step found that nothing of it could touch: the next one may do so in lanes. The result
   // does not depend on it.
