@@ -290,16 +290,30 @@ def test_a_spare_takes_the_place_of_a_lost_actor(cluster, undisturbed):
     env = make(max_episode_steps=4, num_cpus=0.4, spares=1)
     env.await_spares()
     (spare,) = env._spares
-    pid = ray_get(spare.place.remote(ENVS // 2))["pid"]
+    pid = ray_get(spare.is_ready)["pid"]
     assert equal(play(env, lambda number: kill(env, cluster, "actor") if number == 3 else None), undisturbed)
     assert env.recoveries == 1 and env.places()[1]["pid"] == pid
     env.await_spares()
     assert env._spares != [spare], "another one waits"
 
 
-def test_a_spare_without_room_does_not_keep_it_from_shards(cluster, undisturbed):
-    env = make(max_episode_steps=4, spares=1)
+@pytest.mark.parametrize("spares", [1, 2])
+def test_a_spare_without_room_does_not_keep_it_from_shards(cluster, undisturbed, spares):
+    """Neither that of a shard that is made again, nor, in the beginning, that of the first ones: Ray may place whichever actor
+    waits."""
+    env = make(max_episode_steps=4, spares=spares)
+    assert not env._spares, "before all shards have room"
+    taken, take = [], env._take_spare
+
+    def noted():
+        taken.append((list(env._spares), take(), list(env._spares)))
+        return taken[-1][1]
+
+    env._take_spare = noted
     assert equal(play(env, lambda number: kill(env, cluster, "actor") if number == 3 else None), undisturbed)
+    (before, chosen, after), = taken
+    assert len(before) == spares and chosen == before[0].actor and not after, "nobody else waits for the room"
+    assert len(env._spares) == spares, "others wait again"
 
 
 def test_a_loss_is_noticed_while_other_shards_work(cluster, tmp_path):

@@ -6,6 +6,7 @@ import functools
 import math
 import os
 import warnings
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -68,8 +69,7 @@ class ShardedVectorEnv(VectorEnv):
         self._task = task
         self._actor = ray.remote(num_cpus=num_cpus, num_gpus=num_gpus, max_restarts=0, scheduling_strategy="SPREAD")(_Shard)
         self._shards = [self._make() for _ in range(shards)]
-        self._spares: list = []
-        self._add_spares()
+        self._spares: list[_Spare] = []
         # Of each shard, in order: what it was told since the last reset of all with seeds, or a snapshot and that since then.
         self._history: list[list[tuple]] = [[] for _ in range(shards)]
         self._shown: list[tuple] = [()] * shards  # observation and info of each, as last seen
@@ -118,8 +118,8 @@ class ShardedVectorEnv(VectorEnv):
         return tuple(picture for pictures in self._ask([("render",)] * len(self._shards)) for picture in pictures)
 
     def close_extras(self, **_):
-        for shard in self._shards + self._spares:
-            ray.kill(shard)
+        for actor in self._shards + [spare.actor for spare in self._spares]:
+            ray.kill(actor)
 
     def places(self):
         """Of each shard: the id of its node, and the process ids of its actor and its server."""
@@ -127,7 +127,8 @@ class ShardedVectorEnv(VectorEnv):
 
     def await_spares(self):
         """Returns when all spares are ready. Others are made after a recovery, while the shards work."""
-        ray.get([self._warm(spare) for spare in self._spares])
+        self._ask([("facts",)] * len(self._shards))
+        ray.get([spare.is_ready for spare in self._spares])
 
     # --- parts
 
@@ -135,12 +136,24 @@ class ShardedVectorEnv(VectorEnv):
         return self._actor.remote(self._task, self._arguments)
 
     def _add_spares(self):
+        """Where all shards have their room: Ray may give it to whichever actor waits for it."""
         while len(self._spares) < self._most_spares:
-            self._spares.append(self._make())
-            self._warm(self._spares[-1])
+            actor = self._make()
+            self._spares.append(_Spare(actor, actor.place.remote(self._rows[0].stop)))
 
-    def _warm(self, spare):
-        return spare.place.remote(self._rows[0].stop)
+    def _take_spare(self):
+        """An actor for a shard: a spare that is ready; else the first one, while others that wait for room are given up, since
+        one of them might get it in its place; without spares a new one."""
+        ready, _ = ray.wait([spare.is_ready for spare in self._spares], num_returns=len(self._spares), timeout=0) \
+            if self._spares else ([], [])
+        for spare in self._spares:
+            if spare.is_ready in ready:
+                self._spares.remove(spare)
+                return spare.actor
+        waiting, self._spares = self._spares, []
+        for spare in waiting[1:]:
+            ray.kill(spare.actor)
+        return waiting[0].actor if waiting else self._make()
 
     def _note(self, observations, infos):
         self._shown = list(zip(observations, infos))
@@ -182,6 +195,8 @@ class ShardedVectorEnv(VectorEnv):
                     self._history[k] = histories[k]
                 elif calls[k][0] == "snapshot":
                     self._history[k] = [("restore", answers[k])]
+        if None not in calls:
+            self._add_spares()
         if failures:
             try:
                 raise failures[min(failures)]
@@ -201,10 +216,15 @@ class ShardedVectorEnv(VectorEnv):
         # What has lost its server starts another one; if that fails, too, it may be the machine's fault.
         if losses > 1 or not isinstance(error, drape.Unavailable):
             ray.kill(self._shards[k])
-            # A spare that waits for room is the first one to get it.
-            self._shards[k] = self._spares.pop(0) if self._spares else self._make()
-            self._add_spares()
+            self._shards[k] = self._take_spare()
         return self._begin(k, "do_again", history, call)
+
+
+class _Spare(NamedTuple):
+    """An actor that waits to take the place of a lost one, and the future that is there once it has a server."""
+
+    actor: Any
+    is_ready: Any
 
 
 class _Shard:
