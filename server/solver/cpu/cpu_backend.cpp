@@ -57,11 +57,10 @@ class CpuBackend final : public Backend {
   }
 
   BackendDescription Describe() const override {
-    const std::string arithmetic = ArithmeticOf(lane_count_);
     return {.name = "cpu",
             .device = std::to_string(thread_count_) +
-                      (thread_count_ == 1 ? " core, " : " cores, ") + arithmetic,
-            .arithmetic = arithmetic,
+                      (thread_count_ == 1 ? " core, " : " cores, ") + arithmetic_,
+            .arithmetic = arithmetic_,
             .scalar = ScalarType::kFloat32,
             .has_cheap_impulses = true,
             .plan_of = [plan = lane_count_ > 1 ? "lanes" : "single"](
@@ -484,6 +483,7 @@ class CpuBackend final : public Backend {
   const int thread_count_;
   tbb::task_arena arena_;
   const uint32_t lane_count_;  // 1: every cloth is stepped alone
+  const std::string arithmetic_ = ArithmeticOf(lane_count_);
   const bool leaves_out_colliders_;
   std::vector<ThreadScratch> scratch_;  // one per thread of the arena
   const std::shared_ptr<PartsOfModels> made_ = std::make_shared<PartsOfModels>();

@@ -38,9 +38,9 @@ struct LaneKey {
 // Cloths that one task steps: in lanes if they are several, else alone.
 using StepGroup = std::vector<uint32_t>;
 
-// Fewer than this are stepped alone: a group takes about as long as 3 to 4 cloths alone, however
+// Fewer than this are stepped alone: a group takes about as long as 3 to 5 cloths alone, however
 // few it has (tests/bench/notes/cpu.md).
-inline constexpr uint32_t kMinGroupSize = 4;
+inline constexpr uint32_t kMinGroupSize = 5;
 
 // One cloth of a batch.
 struct GroupCandidate {

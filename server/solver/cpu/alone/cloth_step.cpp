@@ -275,6 +275,7 @@ bool DoSubsteps(SteppedCloths cloths, StepProgress& progress, const Pause& pause
       warnings.starts_crossing = StartsCrossing(cloths, k);
     }
     progress.has_begun = true;
+    if (MayTouch(cloths) && pause.IsDue()) return false;
   }
   const uint32_t substeps = cloths[0].context.controls.plan.schedule.size();
   while (progress.substep < substeps) {
@@ -287,7 +288,9 @@ bool DoSubsteps(SteppedCloths cloths, StepProgress& progress, const Pause& pause
       }
     }
     if (!Advance(cloths, progress, pause)) return false;
-    if (++progress.substep < substeps && pause.IsDue()) return false;
+    // What a report finds of contacts may take long: it has a piece of its own.
+    const bool may_pause = ++progress.substep < substeps || MayTouch(cloths);
+    if (may_pause && pause.IsDue()) return false;
   }
   return true;
 }

@@ -7,10 +7,6 @@
 namespace drape::cpu {
 namespace {
 
-bool DoTouch(SteppedCloths cloths) {
-  return cloths[0].context.contact_surface != nullptr;
-}
-
 SelfContactMemory& MemoryOf(SteppedCloths cloths) {
   return *cloths[0].context.scratch.self_contacts;
 }
@@ -160,8 +156,12 @@ std::span<const Vec4> Starts(SteppedCloths cloths) {
 
 }  // namespace
 
+bool MayTouch(SteppedCloths cloths) {
+  return cloths[0].context.contact_surface != nullptr;
+}
+
 void BeginSelfContacts(SteppedCloths cloths) {
-  if (!DoTouch(cloths)) return;
+  if (!MayTouch(cloths)) return;
   const StepContext& first = cloths[0].context;
   PrepareMemory(first.scratch);
   SelfContactMemory& memory = MemoryOf(cloths);
@@ -191,7 +191,7 @@ bool FoundNoContacts(const StepScratch& scratch) {
 }
 
 bool StartsCrossing(SteppedCloths cloths, size_t index) {
-  if (!DoTouch(cloths)) return false;
+  if (!MayTouch(cloths)) return false;
   const std::vector<bool>& is_crossing = MemoryOf(cloths).contacts.is_crossing();
   if (is_crossing.empty()) return false;
   const auto begin = is_crossing.begin() + ParticlesOf(cloths.first(index));
@@ -200,7 +200,7 @@ bool StartsCrossing(SteppedCloths cloths, size_t index) {
 }
 
 void FindSelfContacts(SteppedCloths cloths) {
-  if (!DoTouch(cloths)) return;
+  if (!MayTouch(cloths)) return;
   SelfContactMemory& memory = MemoryOf(cloths);
   // With two steps the predicted state has replaced the one before, which `previous` holds.
   const bool are_kept = cloths[0].context.substep.is_two_step;
@@ -214,7 +214,7 @@ void FindSelfContacts(SteppedCloths cloths) {
 }
 
 bool SolveSelfContacts(SteppedCloths cloths) {
-  if (!DoTouch(cloths)) return false;
+  if (!MayTouch(cloths)) return false;
   SelfContactMemory& memory = MemoryOf(cloths);
   if (memory.contacts.active().empty()) return false;
   const float interval = cloths[0].context.substep.interval;
@@ -232,11 +232,11 @@ bool SolveSelfContacts(SteppedCloths cloths) {
 
 uint32_t SweepsAfterHits(SteppedCloths cloths) {
   const uint32_t asked = cloths[0].context.max_iterations;
-  return DoTouch(cloths) ? MemoryOf(cloths).contacts.SweepsOf(asked) : asked;
+  return MayTouch(cloths) ? MemoryOf(cloths).contacts.SweepsOf(asked) : asked;
 }
 
 void GuardSelfContacts(SteppedCloths cloths) {
-  if (!DoTouch(cloths)) return;
+  if (!MayTouch(cloths)) return;
   SelfContactMemory& memory = MemoryOf(cloths);
   WorldVectors& world = memory.world;
   const StepContext& first = cloths[0].context;
