@@ -7,6 +7,7 @@
 #include "server/core/check.h"
 #include "server/core/memory_reserve.h"
 #include "server/scheduler/scheduler_core.h"
+#include "server/scheduler/sliced_read.h"
 #include "server/scheduler/state_reading.h"
 
 namespace drape {
@@ -26,6 +27,38 @@ Status CheckReadable(ClothSpan cloths, const CancelToken& cancel) {
 }
 
 }  // namespace
+
+// A call of ReadStates.
+struct Scheduler::ReadUnderWay {
+  Core* core;
+  std::string owner;
+  SlicedRead read;
+  std::function<void(Result<ClothStates>)> done;
+  std::shared_ptr<void> permit;
+  CancelToken cancel;
+};
+
+// A slice more.
+void Scheduler::ContinueRead(const std::shared_ptr<ReadUnderWay>& call, Backend& backend) {
+  bool is_over = false;
+  const Status status = WithinMemory([&] {
+    DRAPE_RETURN_IF_ERROR(CheckReadable(call->read.cloths(), call->cancel));
+    is_over = call->read.ReadMore(backend);
+    return Status::Ok();
+  });
+  if (status.ok() && !is_over) {
+    call->core->Continue(call->owner, [call](Backend& device) { ContinueRead(call, device); });
+    return;
+  }
+  if (!status.ok()) call->read.GiveUp();
+  const auto states = status.ok() ? std::make_shared<Result<ClothStates>>(call->read.Take())
+                                  : std::make_shared<Result<ClothStates>>(status);
+  // Moved, because the command itself exists until the round is over.
+  if (states->ok()) (*states)->in_flight = std::move(call->permit);
+  call->permit.reset();
+  call->core->completions().Push(
+      [done = std::move(call->done), states] { done(std::move(*states)); });
+}
 
 Result<std::unique_ptr<Scheduler>> Scheduler::Start(BackendFactory factory,
                                                     const SchedulerLimits& limits,
@@ -91,20 +124,10 @@ Status Scheduler::ReadStates(std::vector<std::shared_ptr<ClothRuntime>> cloths,
                              const CancelToken& cancel) {
   DRAPE_CHECK(fields.any(), "nothing to read");
   DRAPE_ASSIGN_OR_RETURN(std::shared_ptr<void> permit, core_->read_permits().Take(session, tenant));
-  return core_->Post(OwnerOf(session, tenant), [core = core_.get(), cloths = std::move(cloths),
-                                                fields, done = std::move(done),
-                                                in_flight = std::move(permit),
-                                                cancel](Backend& backend) mutable {
-    const Status readable = CheckReadable(cloths, cancel);
-    auto states = std::make_shared<Result<ClothStates>>(WithinMemory([&]() -> Result<ClothStates> {
-      if (!readable.ok()) return readable;
-      return ReadClothStates(backend, cloths, fields);
-    }));
-    // Moved, because the command itself exists until the round is over.
-    if (states->ok()) (*states)->in_flight = std::move(in_flight);
-    in_flight.reset();
-    core->completions().Push([done, states] { done(std::move(*states)); });
-  });
+  const std::shared_ptr<ReadUnderWay> read(
+      new ReadUnderWay{core_.get(), OwnerOf(session, tenant), SlicedRead(std::move(cloths), fields),
+                       std::move(done), std::move(permit), cancel});
+  return core_->Post(read->owner, [read](Backend& backend) { ContinueRead(read, backend); });
 }
 
 Status Scheduler::ReadForDrawing(std::vector<std::shared_ptr<ClothRuntime>> cloths,

@@ -124,7 +124,8 @@ class Scheduler {
   // batch_budget_us. A round of new requests only may wait for more, see max_queue_delay_us.
   Status Submit(StepWork work);
 
-  // Reads states between two rounds; `done` on the completion thread: NOT_FOUND (CLOTH_NOT_FOUND)
+  // Reads states between two rounds, those of very many cloths in slices, between which others are
+  // stepped (sliced_read.h); `done` on the completion thread: NOT_FOUND (CLOTH_NOT_FOUND)
   // if one of the cloths was deleted. Errors as for Post, and RESOURCE_EXHAUSTED (TOO_MANY_READS,
   // with retry_after): a read counts until the states (or their `in_flight`) are dropped.
   // `session`, `tenant`: as in StepWork; no session: only the limit in all applies. With `cancel`
@@ -168,7 +169,9 @@ class Scheduler {
 
  private:
   class Core;
+  struct ReadUnderWay;
   explicit Scheduler(std::shared_ptr<Core> core);
+  static void ContinueRead(const std::shared_ptr<ReadUnderWay>& call, Backend& backend);
   std::shared_ptr<Core> core_;
 };
 

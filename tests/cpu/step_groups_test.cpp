@@ -61,10 +61,18 @@ TEST_F(StepGroupsTest, FullGroupsFirstAndSmallRestsAlone) {
 }
 
 TEST_F(StepGroupsTest, EveryThreadGetsSome) {
-  const std::vector<GroupCandidate> cloths(8, Cloth(model_));
-  EXPECT_THAT(Sizes(FormGroups(cloths, 16, 1)), ElementsAre(8));
-  EXPECT_THAT(Sizes(FormGroups(cloths, 16, 2)), ElementsAre(4, 4));
-  EXPECT_THAT(FormGroups(cloths, 16, 8), Each(SizeIs(1)));
+  const std::vector<GroupCandidate> cloths(10, Cloth(model_));
+  EXPECT_THAT(Sizes(FormGroups(cloths, 16, 1)), ElementsAre(10));
+  EXPECT_THAT(Sizes(FormGroups(cloths, 16, 2)), ElementsAre(5, 5));
+  EXPECT_THAT(FormGroups(cloths, 16, 10), Each(SizeIs(1)));
+}
+
+// Narrow groups take less time, and there are machines with four lanes.
+TEST_F(StepGroupsTest, FourShareLanesWhereThereAreFew) {
+  const std::vector<GroupCandidate> cloths(4, Cloth(model_));
+  EXPECT_THAT(Sizes(FormGroups(cloths, 4, 1)), ElementsAre(4));
+  EXPECT_THAT(Sizes(FormGroups(cloths, 8, 1)), ElementsAre(4));
+  EXPECT_THAT(FormGroups(cloths, 16, 1), Each(SizeIs(1)));
 }
 
 TEST_F(StepGroupsTest, OnlyAlikeClothsShareLanes) {

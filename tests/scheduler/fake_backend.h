@@ -2,7 +2,6 @@
 #pragma once
 
 #include <algorithm>
-#include <condition_variable>
 #include <functional>
 #include <map>
 #include <memory>
@@ -16,6 +15,7 @@
 
 #include "server/scheduler/scheduler.h"
 #include "server/solver/device_backend.h"
+#include "tests/scheduler/awaited.h"
 #include "tests/support/plain_settings.h"
 
 namespace drape {
@@ -493,34 +493,5 @@ inline std::shared_ptr<ClothRuntime> BeginCloth(Backend& backend,
   runtime->Begin(handle, model, parameters.settings, ReportShift{}, pins_m, pins_m);
   return runtime;
 }
-
-// Hands a value from one thread to another that waits for it. Copies share one value.
-template <class T>
-class Awaited {
- public:
-  void Set(T value) {
-    const std::lock_guard lock(shared_->mutex);
-    shared_->value = std::move(value);
-    shared_->changed.notify_all();
-  }
-  bool has_value() const {
-    const std::lock_guard lock(shared_->mutex);
-    return shared_->value.has_value();
-  }
-  // Waits; the reference stays valid as long as a copy of this exists.
-  T& Get() const {
-    std::unique_lock lock(shared_->mutex);
-    shared_->changed.wait(lock, [this] { return shared_->value.has_value(); });
-    return *shared_->value;
-  }
-
- private:
-  struct Shared {
-    std::mutex mutex;
-    std::condition_variable changed;
-    std::optional<T> value;
-  };
-  std::shared_ptr<Shared> shared_ = std::make_shared<Shared>();
-};
 
 }  // namespace drape

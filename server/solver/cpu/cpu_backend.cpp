@@ -100,8 +100,7 @@ class CpuBackend final : public Backend {
 
   BatchReport StepUntil(std::span<const StepItem> items, const Pause& pause) override {
     const auto start = std::chrono::steady_clock::now();
-    BatchReport batch;
-    batch.reports.resize(items.size());
+    BatchReport batch{.reports = std::vector<StepReport>(items.size())};
     StepOnAllThreads(items, pause, batch.reports);
     batch.device_us = std::lround(UsSince(start));
     return batch;
@@ -276,8 +275,8 @@ class CpuBackend final : public Backend {
                         std::vector<StepReport>& reports) {
     std::vector<StepGroup> groups = GroupsOf(items);
     std::vector<std::unique_ptr<StepTeam>> teams = TeamsOf(items, groups);
-    const bool has_team = std::any_of(teams.begin(), teams.end(),
-                                      [](const auto& team) -> bool { return team != nullptr; });
+    const bool has_team =
+        std::ranges::any_of(teams, [](const auto& team) { return team != nullptr; });
     const size_t all = static_cast<size_t>(thread_count_);
     const size_t threads = has_team ? all : std::min(all, groups.size());
     SharedBatch batch{items, pause, std::move(groups), std::move(teams), reports};
@@ -341,7 +340,7 @@ class CpuBackend final : public Backend {
       (cloth ? in_lanes : by_themselves).push_back(k);
       if (cloth) cloths.push_back(std::move(*cloth));
     }
-    if (cloths.size() < kMinGroupSize && !by_themselves.empty()) {
+    if (cloths.size() < MinGroupSize(lane_count_) && !by_themselves.empty()) {
       by_themselves.insert(by_themselves.end(), in_lanes.begin(), in_lanes.end());
       cloths.clear();
     }

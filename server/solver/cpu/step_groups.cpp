@@ -63,7 +63,7 @@ std::vector<StepGroup> FormGroups(std::span<const GroupCandidate> batch, uint32_
     for (size_t begin = 0; begin < cloths.size(); begin += width) {
       const auto first = cloths.begin() + static_cast<std::ptrdiff_t>(begin);
       const auto count = static_cast<std::ptrdiff_t>(std::min(width, cloths.size() - begin));
-      if (count >= kMinGroupSize) {
+      if (count >= MinGroupSize(lane_count)) {
         groups.emplace_back(first, first + count);
       } else {
         alone.insert(alone.end(), first, first + count);

@@ -40,7 +40,9 @@ using StepGroup = std::vector<uint32_t>;
 
 // Fewer than this are stepped alone: a group takes about as long as 3 to 5 cloths alone, however
 // few it has (tests/bench/notes/cpu.md).
-inline constexpr uint32_t kMinGroupSize = 5;
+constexpr uint32_t MinGroupSize(uint32_t lane_count) {
+  return lane_count < 16 ? 4 : 5;
+}
 
 // One cloth of a batch.
 struct GroupCandidate {
