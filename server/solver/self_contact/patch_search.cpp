@@ -5,8 +5,8 @@
 namespace drape::self_contact {
 
 size_t MostPatchPairs(const ContactSurface& surface) {
-  constexpr size_t kOfSmallCloth = 32768, kPerPatch = 128;
-  return std::max(kOfSmallCloth, kPerPatch * surface.patches().size());
+  constexpr size_t kOfSmallCloth = 32768, kPerPatch = 128, kOfAny = size_t{1} << 23;
+  return std::clamp(kPerPatch * surface.patches().size(), kOfSmallCloth, kOfAny);
 }
 
 template <class V>

@@ -31,7 +31,7 @@ struct SearchState {
   ScalarOf<V> drift = 0;          // [m]
 };
 
-// Every pair of a small cloth, 128 per patch of a large one.
+// Every pair of a small cloth, 128 per patch of a large one, 2^23 of any.
 size_t MostPatchPairs(const ContactSurface& surface);
 
 // Working memory between searches; a search depends on its arguments alone. One thread.

@@ -21,6 +21,9 @@ constexpr double kDriftGrowth = 2;
 constexpr double kMaxDriftScale = 8;
 // More pairs than this per particle are not looked at, but all particles move alike [-].
 constexpr size_t kMostPairsPerParticle = 200;
+// Nor are more than this in all [-]: a pair takes a hundred bytes, and lists that are made anew
+// leave as many behind. Of cloths above 42 000 particles.
+constexpr size_t kMostPairs = size_t{1} << 23;
 // The way of a substep is expected to be this many times that of the one before [-]. Larger: more
 // pairs are looked at; smaller: pairs are found too late for impulses, and the guard has to push.
 constexpr double kWayMargin = 1.25;
@@ -55,7 +58,7 @@ bool SelfContacts<V>::Begin(const ContactSurface& surface, const StepNumbers<V>&
   active_lists_.clear();
   impulses_.Begin(surface, numbers_);
   lists_.Begin(surface, numbers.thicknesses, numbers.edge_length, is_crossing_,
-               kMostPairsPerParticle * surface.particle_count(), budget_);
+               std::min(kMostPairsPerParticle * surface.particle_count(), kMostPairs), budget_);
   normal_substeps_ = 1 + static_cast<uint32_t>(static_cast<Real>(kNormalAge_s) / substep_s_);
   if (!may_cross) return false;
   std::vector<Vector3d> exact;
