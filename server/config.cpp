@@ -194,6 +194,10 @@ void AddLimits(CLI::App& app, Config& config) {
             kMaxCount, "waiting step requests");
   AddNumber<int64_t>(app, "--batch-budget-us", scheduler.batch_budget_us, 1000, 10'000'000,
                      "of device time until others are stepped; longer steps are done in pieces");
+  AddNumber<uint64_t>(app, "--max-long-step-bytes", scheduler.max_long_step_bytes, 0,
+                      UINT64_MAX / 2,
+                      "working memory of steps that are done in pieces at the same time; one may "
+                      "have more");
   AddNumber<uint64_t>(app, "--max-unread-bytes", requests.max_unread_bytes, 1u << 20,
                       UINT64_MAX / 2, "requests under way and answers not read, of all sessions");
   AddNumber<uint64_t>(app, "--max-unread-bytes-per-session", requests.max_unread_bytes_per_session,
@@ -274,6 +278,7 @@ void FitToMemory(Config& config, uint64_t memory_bytes) {
   fit(config.requests.max_unread_bytes_per_session, 64);
   fit(config.sessions.max_mesh_collider_bytes_per_session, 64);
   fit(config.max_transport_bytes, 16);
+  fit(config.scheduler.max_long_step_bytes, 24);
   config.max_transport_bytes = std::max(config.max_transport_bytes, kLeastTransport_bytes);
 }
 

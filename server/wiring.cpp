@@ -32,11 +32,12 @@ void DivideMemory(const Config& config) {
   spdlog::info(
       "memory bytes={} max_state_bytes={} max_model_bytes={} max_saved_bytes={} "
       "max_mesh_collider_bytes={} max_unread_bytes={} max_request_id_bytes={} "
-      "max_remembered_bytes={} max_transport_bytes={}",
+      "max_remembered_bytes={} max_transport_bytes={} max_long_step_bytes={}",
       MemoryOfProcess_bytes(), config.sessions.max_state_bytes, config.sessions.max_model_bytes,
       config.sessions.max_saved_bytes, config.sessions.max_mesh_collider_bytes,
       config.requests.max_unread_bytes, config.sessions.max_request_id_bytes,
-      config.sessions.max_remembered_bytes, config.max_transport_bytes);
+      config.sessions.max_remembered_bytes, config.max_transport_bytes,
+      config.scheduler.max_long_step_bytes);
 }
 
 std::string RandomHex() {

@@ -169,6 +169,7 @@ v1::StepReport ToProto(ClothId id, uint64_t step, const StepReport& report,
   add_warning("over_budget", warnings.over_budget);
   add_warning("strain_beyond_limit", warnings.strain_beyond_limit);
   add_warning("starts_crossing", warnings.starts_crossing);
+  add_warning("contacts_given_up", warnings.contacts_given_up);
   return message;
 }
 

@@ -19,14 +19,14 @@ constexpr std::array kCounters = {
     &WarningCounters::springs_beyond_limit, &WarningCounters::elastic_beyond_limit,
     &WarningCounters::springs_gain_energy,  &WarningCounters::energy_gained,
     &WarningCounters::over_budget,          &WarningCounters::strain_beyond_limit,
-    &WarningCounters::starts_crossing};
+    &WarningCounters::starts_crossing,      &WarningCounters::contacts_given_up};
 // The bits of SleepReport.warnings, lowest first.
 constexpr std::array kStepWarnings = {
     &StepWarnings::tolerance_raised,     &StepWarnings::not_converged,
     &StepWarnings::springs_beyond_limit, &StepWarnings::elastic_beyond_limit,
     &StepWarnings::energy_gained,        &StepWarnings::springs_gain_energy,
     &StepWarnings::over_budget,          &StepWarnings::strain_beyond_limit,
-    &StepWarnings::starts_crossing};
+    &StepWarnings::starts_crossing,      &StepWarnings::contacts_given_up};
 // The order of SleepReport.measurements.
 constexpr std::array kMeasurements = {
     &Measurements::max_strain,         &Measurements::rms_strain,

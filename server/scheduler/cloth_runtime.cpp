@@ -18,6 +18,7 @@ void WarningCounters::Count(const StepWarnings& warnings) {
   over_budget += warnings.over_budget;
   strain_beyond_limit += warnings.strain_beyond_limit;
   starts_crossing += warnings.starts_crossing;
+  contacts_given_up += warnings.contacts_given_up;
 }
 
 void PublishedProgress::Publish(const ClothProgress& progress) {
@@ -37,6 +38,7 @@ void PublishedProgress::Publish(const ClothProgress& progress) {
   over_budget_.store(progress.warnings.over_budget, std::memory_order_relaxed);
   strain_beyond_limit_.store(progress.warnings.strain_beyond_limit, std::memory_order_relaxed);
   starts_crossing_.store(progress.warnings.starts_crossing, std::memory_order_relaxed);
+  contacts_given_up_.store(progress.warnings.contacts_given_up, std::memory_order_relaxed);
   sequence_.store(sequence + 2, std::memory_order_release);
 }
 
@@ -56,6 +58,7 @@ ClothProgress PublishedProgress::Read() const {
     progress.warnings.over_budget = over_budget_.load(std::memory_order_relaxed);
     progress.warnings.strain_beyond_limit = strain_beyond_limit_.load(std::memory_order_relaxed);
     progress.warnings.starts_crossing = starts_crossing_.load(std::memory_order_relaxed);
+    progress.warnings.contacts_given_up = contacts_given_up_.load(std::memory_order_relaxed);
     // No value above may be read after the sequence number is read again.
     std::atomic_thread_fence(std::memory_order_acquire);
     if (before % 2 == 0 && sequence_.load(std::memory_order_relaxed) == before) return progress;

@@ -33,6 +33,7 @@ struct WarningCounters {
   uint64_t over_budget = 0;
   uint64_t strain_beyond_limit = 0;
   uint64_t starts_crossing = 0;
+  uint64_t contacts_given_up = 0;
 
   void Count(const StepWarnings& warnings);
   friend bool operator==(const WarningCounters&, const WarningCounters&) = default;
@@ -68,6 +69,7 @@ class PublishedProgress {
   std::atomic<uint64_t> over_budget_{0};
   std::atomic<uint64_t> strain_beyond_limit_{0};
   std::atomic<uint64_t> starts_crossing_{0};
+  std::atomic<uint64_t> contacts_given_up_{0};
 };
 
 // Everything that the steps of a cloth depend on besides its particles, model and parameters: a
@@ -176,6 +178,10 @@ class ClothRuntime {
   double solves_per_step() const {
     if (is_idle()) return 0;
     return SolvesPerStep(*model_, budget_.settings(), controls_.colliders().collider_count());
+  }
+  // Of each step, as RateQuota counts it: particles times substeps.
+  double work_per_step() const {
+    return static_cast<double>(uint64_t{particle_count()} * settings().substeps);
   }
   // What the next step will probably cost [us]; infinite while it is being done in pieces.
   double ExpectedCost_us(const SolveRate& rate) const {

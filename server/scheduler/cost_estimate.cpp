@@ -41,13 +41,16 @@ void CostEstimate::LeftUndone(double cost_us) {
   measured_us_ = std::max(measured_us_, kUndoneGrowth * cost_us);
 }
 
-double ShareCost(std::span<const ClothCost> cloths, double cost_us) {
-  double solves = 0, thread_us = 0;
+DoneWork ShareCost(std::span<const ClothCost> cloths, double cost_us) {
+  if (cloths.empty()) return {0, 0};
+  double solves = 0, done_us = 0, thread_us = 0;
   bool are_timed = true;
   for (const ClothCost& cloth : cloths) {
-    are_timed &= cloth.thread_us > 0 || cloth.is_undone;
     thread_us += cloth.thread_us;
-    if (!cloth.is_undone) solves += cloth.solves + kSolvesPerClothStep;
+    if (cloth.is_undone) continue;
+    are_timed &= cloth.thread_us > 0;
+    solves += cloth.solves + kSolvesPerClothStep;
+    done_us += cloth.thread_us;
   }
   for (const ClothCost& cloth : cloths) {
     if (cloth.is_undone) {
@@ -58,7 +61,7 @@ double ShareCost(std::span<const ClothCost> cloths, double cost_us) {
       cloth.estimate->Measured(cost_us * (cloth.solves + kSolvesPerClothStep) / solves);
     }
   }
-  return solves;
+  return {solves, are_timed && thread_us > 0 ? cost_us * done_us / thread_us : cost_us};
 }
 
 }  // namespace drape

@@ -53,8 +53,14 @@ struct ClothCost {
   bool is_undone;
 };
 
+// For SolveRate: of the steps of a batch that were done.
+struct DoneWork {
+  double solves = 0;  // that they might have made
+  double cost_us = 0;
+};
+
 // Divides the cost of a batch among its cloths: by the time of the threads where the backend tells
-// it, else by solves. Returns the solves that it might have made (SolveRate::Measured).
-double ShareCost(std::span<const ClothCost> cloths, double cost_us);
+// it, else by solves.
+DoneWork ShareCost(std::span<const ClothCost> cloths, double cost_us);
 
 }  // namespace drape

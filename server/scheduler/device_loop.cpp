@@ -14,13 +14,10 @@
 
 namespace drape {
 namespace {
-// Limit on the steps that are done in pieces at the same time: each holds working memory.
-constexpr size_t kMaxLongSteps = 16;
-
 // A batch that takes so many times its budget is ended, and what it has not done is left undone
 // [-]. Larger: others wait longer for steps that take longer than anybody expected; smaller: more
 // is done twice on a machine that is busy with something else.
-constexpr int64_t kMostBudgets = 4;
+constexpr int64_t kMostBudgets = 2;
 
 bool IsMoving(const RigidMotion& motion) {
   return !motion.velocity_m_per_s.isZero(0) || !motion.angular_velocity_rad_per_s.isZero(0);
@@ -30,15 +27,6 @@ bool IsMoving(const RigidMotion& motion) {
 bool ActsOnCloth(const ClothControls& controls, const StepItem& item) {
   return controls.has_news() ||
          std::any_of(item.collider_motions.begin(), item.collider_motions.end(), IsMoving);
-}
-
-Pause PauseAfter_us(int64_t duration_us) {
-  return Pause::At(std::chrono::steady_clock::now() + std::chrono::microseconds(duration_us));
-}
-
-// As RateQuota counts it.
-double StepWorkOf(const ClothRuntime& cloth) {
-  return static_cast<double>(uint64_t{cloth.particle_count()} * cloth.settings().substeps);
 }
 
 }  // namespace
@@ -104,6 +92,7 @@ std::vector<DeviceLoop::RequestPointer> DeviceLoop::StartAndEnd() {
       continue;
     }
     DropLongStep(&request);
+    if (first_to_begin_ == &request) first_to_begin_ = nullptr;
     if (request.end_status()) request.LeaveTurns();
     sessions_.Leave(request.work().owner());
     over.push_back(std::move(*entry));
@@ -137,7 +126,7 @@ void DeviceLoop::EndIfPointless(ActiveRequest& request, int64_t now_us,
 std::optional<int64_t> DeviceLoop::HeldBackUntil_us(const ActiveRequest& request,
                                                     int64_t now_us) const {
   if (!rates_.has_limits()) return std::nullopt;
-  if (long_steps_.contains(const_cast<ActiveRequest*>(&request))) return std::nullopt;
+  if (HasLongStep(request)) return std::nullopt;
   const int64_t until_us = rates_.WaitUntil_us(request.work().tenant);
   return until_us > now_us ? std::optional(until_us) : std::nullopt;
 }
@@ -155,37 +144,22 @@ std::optional<int64_t> DeviceLoop::RestUntil_us() const {
   return rest_us;
 }
 
-bool DeviceLoop::IsLong(const ActiveRequest& request, std::span<const uint32_t> unit) const {
-  double expected_us = 0;
-  for (const uint32_t k : unit) expected_us += request.work().cloths[k]->ExpectedCost_us(rate_);
-  return expected_us > static_cast<double>(settings_.batch_budget_us);
-}
-
-bool DeviceLoop::MustWait(const ActiveRequest& request) const {
-  if (long_steps_.empty() || long_steps_.contains(const_cast<ActiveRequest*>(&request))) {
-    return false;
-  }
-  const bool has_room =
-      long_steps_.size() < kMaxLongSteps &&
-      std::none_of(long_steps_.begin(), long_steps_.end(),
-                   [&](const auto& entry) { return entry.first->session() == request.session(); });
-  return !has_room && request.units_to_step() > 0 && IsLong(request, request.NextUnit());
-}
-
 std::vector<DeviceLoop::Part> DeviceLoop::SelectParts() {
   const double us_per_cost =
       static_cast<double>(settings_.batch_budget_us) / settings_.batch.max_cost;
   std::vector<RunnableRequest> runnable;
   std::vector<ActiveRequest*> requests;
   const int64_t now_us = clock_.NowUs();
+  const ActiveRequest* first = FirstToBegin(now_us);
   for (const RequestPointer& request : requests_) {
-    if (!request->has_started() || request->is_held() || MustWait(*request)) continue;
-    if (HeldBackUntil_us(*request, now_us)) continue;
+    if (!request->has_started() || request->is_held()) continue;
+    if (HeldBackUntil_us(*request, now_us) || MustWait(*request, first)) continue;
     runnable.push_back({request->session(),
                         request->Costs(rate_, us_per_cost, settings_.batch.max_cost),
                         request->last_round(), rates_.WeightOf(request->work().tenant)});
     requests.push_back(request.get());
   }
+  first_to_begin_ = first;
   if (runnable.empty()) return {};
   ++round_;
   BatchChoice choice = SelectBatch(runnable, share_, settings_.batch);
@@ -252,7 +226,7 @@ int64_t DeviceLoop::StepBatch(const std::vector<Part>& parts) {
     GiveAnswers();
   } else {
     trace::Span span("step");
-    const Pause pause = PauseAfter_us(kMostBudgets * settings_.batch_budget_us);
+    const Pause pause = Pause::After_us(kMostBudgets * settings_.batch_budget_us);
     batch = RunsAhead() ? backend_.device()->StepAhead(items, pause, [this] { GiveAnswers(); })
                         : backend_.StepUntil(items, pause);
     span.Add("cloths", static_cast<int64_t>(items.size()));
@@ -260,56 +234,6 @@ int64_t DeviceLoop::StepBatch(const std::vector<Part>& parts) {
   }
   DRAPE_CHECK(batch.reports.size() == items.size(), "one report per item");
   return EndBatch(parts, std::move(batch), begin_us, 0);
-}
-
-int64_t DeviceLoop::StepPiece(const std::vector<Part>& parts) {
-  ActiveRequest* const request = parts[0].request;
-  const std::vector<uint32_t>& unit = parts[0].cloths;
-  std::vector<std::shared_ptr<ClothRuntime>> cloths;
-  for (const uint32_t k : unit) cloths.push_back(request->work().cloths[k]);
-  GiveAnswers();
-  ++counters_.long_step_pieces;
-  // The backend may have dropped what was begun, because something was written to the cloth.
-  const auto [step, begins] = long_steps_.try_emplace(request, LongStep{cloths, 0});
-  for (size_t k = 0; !begins && k < cloths.size(); ++k) cloths[k]->controls().SendAgain();
-  const std::vector<StepItem> items = ItemsOf(parts);
-  const int64_t begin_us = clock_.NowUs();
-  std::optional<BatchReport> batch = BatchReport{};
-  if (!items.empty()) {
-    const trace::Span span("step_piece");
-    batch = backend_.StepPiece(items, PauseAfter_us(settings_.batch_budget_us));
-  }
-  const double spent_us = step->second.spent_us;
-  for (const auto& cloth : cloths) cloth->SetInPieces(!batch.has_value());
-  if (batch.has_value()) {
-    long_steps_.erase(step);
-    return EndBatch(parts, *std::move(batch), begin_us, spent_us);
-  }
-  const int64_t end_us = clock_.NowUs();
-  step->second.spent_us += static_cast<double>(end_us - begin_us);
-  request->TakeAgain(unit[0]);
-  BatchReport piece;
-  piece.device_us = end_us - begin_us;
-  request->AddBatch(piece, 1, 1, begin_us, end_us);
-  ++counters_.rounds;
-  counters_.batch_durations.Add(end_us - begin_us);
-  return end_us - begin_us;
-}
-
-void DeviceLoop::DropLongStep(ActiveRequest* request) {
-  const auto step = long_steps_.find(request);
-  if (step == long_steps_.end()) return;
-  double work = 0;
-  for (const std::shared_ptr<ClothRuntime>& cloth : step->second.cloths) {
-    work += StepWorkOf(*cloth);
-    cloth->SetInPieces(false);
-    if (!cloth->is_alive()) continue;
-    backend_.AbandonStep(cloth->handle());
-    cloth->controls().SendAgain();
-  }
-  // As a whole: who gives up again and again is to gain nothing.
-  rates_.Charge(request->work().tenant, work);
-  long_steps_.erase(step);
 }
 
 int64_t DeviceLoop::EndBatch(const std::vector<Part>& parts, BatchReport batch, int64_t begin_us,
@@ -369,7 +293,7 @@ void DeviceLoop::Charge(const std::vector<Part>& parts) {
     tenant = &step.tenant;
     for (const uint32_t k : part.cloths) {
       const ClothRuntime& cloth = *step.cloths[k];
-      if (!cloth.is_idle()) work += StepWorkOf(cloth);
+      if (!cloth.is_idle()) work += cloth.work_per_step();
     }
   }
   charge();
@@ -386,7 +310,8 @@ void DeviceLoop::MeasureCosts(const std::vector<Part>& parts,
     if (solves == 0) continue;
     costs.push_back({&cloth->cost(), solves, report.thread_us, report.is_undone});
   }
-  if (!reports.empty()) rate_.Measured(ShareCost(costs, cost_us), cost_us);
+  const DoneWork done = ShareCost(costs, cost_us);
+  if (done.solves > 0) rate_.Measured(done.solves, done.cost_us);
 }
 
 std::vector<DeviceLoop::Part> DeviceLoop::WithoutUndone(const std::vector<Part>& parts,
@@ -398,6 +323,8 @@ std::vector<DeviceLoop::Part> DeviceLoop::WithoutUndone(const std::vector<Part>&
       ClothRuntime& cloth = *part.request->work().cloths[k];
       const bool is_undone = !cloth.sleep().is_asleep() && reports[next++].is_undone;
       if (is_undone) cloth.controls().SendAgain();
+      // It costs nothing by its solves, and yet its report does.
+      if (is_undone && cloth.is_faulted()) cloth.SetInPieces(true);
       return is_undone;
     });
   }

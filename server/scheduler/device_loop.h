@@ -42,6 +42,7 @@ class DeviceLoop {
     uint32_t max_steps_per_request = 1;
     // What a whole batch may cost [us], see SchedulerLimits.
     int64_t batch_budget_us = 50'000;
+    uint64_t max_long_step_bytes = UINT64_MAX;  // see SchedulerLimits
   };
   // Called once for every request, in order of completion.
   using EndedCallback = std::function<void(StepWork, StepOutcome)>;
@@ -95,8 +96,15 @@ class DeviceLoop {
   std::vector<Part> SelectParts();
   // Whether the next step of these cloths, one or those of a world, is done in pieces.
   bool IsLong(const ActiveRequest& request, std::span<const uint32_t> unit) const;
-  // Whether the request must wait: its next step is long, and too many such steps are under way.
-  bool MustWait(const ActiveRequest& request) const;
+  // Whether a step of the request is under way in pieces.
+  bool HasLongStep(const ActiveRequest& request) const;
+  // Whether the next step of the request, a long one, has no room beside those that are under way.
+  bool LacksRoom(const ActiveRequest& request) const;
+  // The request that lacked room first, and still waits to begin its long step; null: none.
+  const ActiveRequest* FirstToBegin(int64_t now_us);
+  // Whether the request must wait: its next step is long, and too many such steps are under way, or
+  // another one is `first` to begin. Becomes first if there is none and it lacks room.
+  bool MustWait(const ActiveRequest& request, const ActiveRequest*& first) const;
   // Adds an item per cloth that is awake, of one cloth or those of a world; wakes them if something
   // acts on one.
   void AddItems(const ActiveRequest& request, std::span<const uint32_t> unit,
@@ -164,10 +172,12 @@ class DeviceLoop {
   // A step that is done in pieces; a session has one at most, because each holds working memory.
   struct LongStep {
     std::vector<std::shared_ptr<ClothRuntime>> cloths;  // one, or those of a world
+    uint64_t bytes = 0;
     double spent_us = 0;
   };
   std::unordered_map<ActiveRequest*, LongStep> long_steps_;
-  std::vector<Answers> answers_;  // not given yet
+  const ActiveRequest* first_to_begin_ = nullptr;  // one, for which there was no room; null: none
+  std::vector<Answers> answers_;                   // not given yet
 };
 
 }  // namespace drape

@@ -50,7 +50,7 @@ void Scheduler::ContinueRead(const std::shared_ptr<ReadUnderWay>& call, Backend&
     call->core->Continue(call->owner, [call](Backend& device) { ContinueRead(call, device); });
     return;
   }
-  if (!status.ok()) call->read.GiveUp();
+  if (!status.ok()) call->read.Release();
   const auto states = status.ok() ? std::make_shared<Result<ClothStates>>(call->read.Take())
                                   : std::make_shared<Result<ClothStates>>(status);
   // Moved, because the command itself exists until the round is over.

@@ -32,6 +32,9 @@ struct SchedulerLimits {
   // step that costs more is done alone, in pieces of this duration, and others are stepped between
   // them.
   int64_t batch_budget_us = 50'000;
+  // Working memory of the steps that are done in pieces at the same time, as
+  // Backend::LongStepBytes tells; one of them may have more.
+  uint64_t max_long_step_bytes = uint64_t{1} << 30;
   // How long a batch may wait, after the answers of the last one, for sessions that came back that
   // quickly before; never longer than two batches take. 0: not at all.
   int64_t max_queue_delay_us = 10'000;

@@ -243,6 +243,7 @@ void Scheduler::Core::RunRounds(Backend& backend) {
   DeviceLoop::Settings settings;
   settings.batch.max_cost = limits_.max_cloths_per_batch;
   settings.batch_budget_us = limits_.batch_budget_us;
+  settings.max_long_step_bytes = limits_.max_long_step_bytes;
   settings.max_steps_per_request = limits_.max_steps_per_request;
   DeviceLoop loop(
       backend, settings, clock_,

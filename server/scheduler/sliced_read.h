@@ -5,7 +5,6 @@
 #include <memory>
 #include <vector>
 
-#include "server/core/status.h"
 #include "server/scheduler/state_reading.h"
 
 namespace drape {
@@ -27,13 +26,12 @@ class SlicedRead {
   bool ReadMore(Backend& backend);
   // Once, after the last slice.
   ClothStates Take() { return std::move(states_); }
-  // Ends a read that is not over.
-  void GiveUp() { Release(); }
+  // Lets go of the cloths of a read that is not over.
+  void Release();
 
  private:
   size_t RowsOf(size_t cloth) const;
   void Begin();
-  void Release();
 
   const std::vector<std::shared_ptr<ClothRuntime>> cloths_;
   const StateFields fields_;

@@ -11,10 +11,12 @@
 namespace drape {
 namespace {
 
-uint64_t ParticleTotal(const ClothList& cloths) {
-  uint64_t total = 0;
-  for (const auto& cloth : cloths) total += cloth->description()->model->particle_count();
-  return total;
+TenantQuota::Amount AmountOf(const ClothList& cloths) {
+  TenantQuota::Amount amount{.cloths = cloths.size()};
+  for (const auto& cloth : cloths) {
+    amount.AddParticles(cloth->description()->model->particle_count(), !cloth->world.empty());
+  }
+  return amount;
 }
 
 // Below 2^31 in both parts, so that no count wraps around.
@@ -68,20 +70,20 @@ Status Session::CheckQuota(uint64_t cloths, uint64_t particles) const {
   return Status::Ok();
 }
 
-Status Session::ReserveQuota(uint64_t cloths, uint64_t particles) {
+Status Session::ReserveQuota(const TenantQuota::Amount& amount) {
   const std::lock_guard lock(mutex_);
-  DRAPE_RETURN_IF_ERROR(CheckQuota(cloths, particles));
-  DRAPE_RETURN_IF_ERROR(commons_->tenants.Take(tenant_, {0, cloths, particles}));
-  cloth_quota_used_ += cloths;
-  particle_quota_used_ += particles;
+  DRAPE_RETURN_IF_ERROR(CheckQuota(amount.cloths, amount.particles));
+  DRAPE_RETURN_IF_ERROR(commons_->tenants.Take(tenant_, amount));
+  cloth_quota_used_ += amount.cloths;
+  particle_quota_used_ += amount.particles;
   return Status::Ok();
 }
 
-void Session::ReleaseQuota(uint64_t cloths, uint64_t particles) {
-  commons_->tenants.GiveBack(tenant_, {0, cloths, particles});
+void Session::ReleaseQuota(const TenantQuota::Amount& amount) {
+  commons_->tenants.GiveBack(tenant_, amount);
   const std::lock_guard lock(mutex_);
-  cloth_quota_used_ -= cloths;
-  particle_quota_used_ -= particles;
+  cloth_quota_used_ -= amount.cloths;
+  particle_quota_used_ -= amount.particles;
 }
 
 bool Session::Publish(const ClothList& records, bool keeps_ids) {
@@ -171,19 +173,19 @@ void Session::Close(std::function<void(Status)> done) {
   FreeOnDevice(std::move(cloths), std::move(done));
 }
 
-bool Session::Free(ClothList cloths, uint64_t count, uint64_t particles,
+bool Session::Free(ClothList cloths, const TenantQuota::Amount& amount,
                    std::function<void()> answer) {
   return FreeInSlices(commons_->scheduler, owner(), std::move(cloths),
-                      [self = shared_from_this(), count, particles, answer](Backend&) {
-                        self->ReleaseQuota(count, particles);
+                      [self = shared_from_this(), amount, answer](Backend&) {
+                        self->ReleaseQuota(amount);
                         self->commons_->scheduler.Complete(answer);
                       });
 }
 
 void Session::FreeOnDevice(ClothList cloths, std::function<void(Status)> done) {
-  const uint64_t count = cloths.size(), particles = ParticleTotal(cloths);
+  const TenantQuota::Amount amount = AmountOf(cloths);
   // The backend and its cloths no longer exist. They may be in the last checkpoint, and come back.
-  if (!Free(std::move(cloths), count, particles, [done] { done(Status::Ok()); })) {
+  if (!Free(std::move(cloths), amount, [done] { done(Status::Ok()); })) {
     done(DrainingStatus());
   }
 }

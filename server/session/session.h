@@ -224,8 +224,8 @@ class Session : public std::enable_shared_from_this<Session> {
  private:
   Result<ClothList> FindAll(std::span<const ClothId> ids) const;
   // Takes the quota, or names the limit that forbids it.
-  Status ReserveQuota(uint64_t cloths, uint64_t particles);
-  void ReleaseQuota(uint64_t cloths, uint64_t particles);
+  Status ReserveQuota(const TenantQuota::Amount& amount);
+  void ReleaseQuota(const TenantQuota::Amount& amount);
   Status CheckQuota(uint64_t cloths, uint64_t particles) const;  // mutex_ held
   // Makes the records visible; false if the session has been closed. With `keeps_ids` they have
   // theirs.
@@ -263,7 +263,7 @@ class Session : public std::enable_shared_from_this<Session> {
                                         std::span<const ClothId> from) const;
   // Frees the cloths on the device, then this much of the quota, then calls `answer` on the
   // completion thread. False after Drain: it calls nothing.
-  [[nodiscard]] bool Free(ClothList cloths, uint64_t count, uint64_t particles,
+  [[nodiscard]] bool Free(ClothList cloths, const TenantQuota::Amount& amount,
                           std::function<void()> answer);
   // The same for cloths that count, with the outcome.
   void FreeOnDevice(ClothList cloths, std::function<void(Status)> done);

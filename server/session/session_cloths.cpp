@@ -53,19 +53,20 @@ void Session::CreateCloths(ClothCreation creation,
     return;
   }
   const size_t cloths = creation.copies.size();
-  const uint64_t particles = uint64_t{creation.model->particle_count()} * cloths;
+  TenantQuota::Amount amount{.cloths = cloths};
+  amount.AddParticles(uint64_t{creation.model->particle_count()} * cloths, !creation.world.empty());
   Result<MapCharges> charges = map_quota_->Charge(MapsOf(creation));
   if (!charges.ok()) {
     done(charges.status());
     return;
   }
   creation.map_charges = std::move(charges).value();
-  if (const Status status = ReserveQuota(cloths, particles); !status.ok()) {
+  if (const Status status = ReserveQuota(amount); !status.ok()) {
     done(status);
     return;
   }
   if (const Status status = ShareModels(creation); !status.ok()) {
-    ReleaseQuota(cloths, particles);
+    ReleaseQuota(amount);
     return done(status);
   }
   auto model = creation.model;
@@ -78,16 +79,15 @@ void Session::CreateCloths(ClothCreation creation,
   std::string plan =
       commons_->scheduler.description().plan_of(*model, creation.copies[0].parameters);
   auto maker = std::make_shared<ClothMaker>(std::move(creation), std::move(model), std::move(plan));
-  const auto finish = [self = shared_from_this(), maker, start = std::move(start), done, cloths,
-                       particles](Backend&, const Status& status) {
+  const auto finish = [self = shared_from_this(), maker, start = std::move(start), done, amount](
+                          Backend&, const Status& status) {
     Result<CreatedCloths> answer = self->PublishMade(*maker, status);
     if (answer.ok()) {
       answer->start = start;
       return self->commons_->scheduler.Complete(
           [done, answer = std::move(answer)] { done(answer); });
     }
-    const bool is_taken =
-        self->Free(maker->TakeMade(), cloths, particles, [done, answer] { done(answer); });
+    const bool is_taken = self->Free(maker->TakeMade(), amount, [done, answer] { done(answer); });
     DRAPE_CHECK(is_taken, "the device thread takes commands as long as it runs one");
   };
   const Status status = RunInSlices(
@@ -97,7 +97,7 @@ void Session::CreateCloths(ClothCreation creation,
       },
       finish);
   if (!status.ok()) {
-    ReleaseQuota(cloths, particles);
+    ReleaseQuota(amount);
     done(status);
   }
 }

@@ -95,18 +95,18 @@ void Session::Import(std::vector<SavedCloth> cloths, bool keeps_ids,
   if (keeps_ids) {
     if (const Status status = CheckReturn(cloths); !status.ok()) return done(status);
   }
-  uint64_t particles = 0;
+  TenantQuota::Amount amount{.cloths = cloths.size()};
   uint64_t largest = 1;
   for (const SavedCloth& cloth : cloths) {
-    particles += cloth.description->model->particle_count();
+    amount.AddParticles(cloth.description->model->particle_count(), !cloth.world.empty());
     largest = std::max(largest, SliceCostOf(cloth));
   }
   Result<std::vector<std::string>> worlds = CheckImportedWorlds(cloths);
   if (!worlds.ok()) return done(worlds.status());
   const size_t count = cloths.size();
-  if (const Status status = ReserveQuota(count, particles); !status.ok()) return done(status);
+  if (const Status status = ReserveQuota(amount); !status.ok()) return done(status);
   if (const Status status = Adopt(cloths); !status.ok()) {
-    ReleaseQuota(count, particles);
+    ReleaseQuota(amount);
     return done(status);
   }
   SharedParts made = PrepareImport(cloths, commons_->scheduler.description());
@@ -116,7 +116,7 @@ void Session::Import(std::vector<SavedCloth> cloths, bool keeps_ids,
       [maker](Backend& backend, size_t begin, size_t end) {
         return maker->Make(backend, begin, end);
       },
-      [self = shared_from_this(), maker, keeps_ids, done, count, particles, made = std::move(made),
+      [self = shared_from_this(), maker, keeps_ids, done, amount, made = std::move(made),
        worlds = std::move(*worlds)](Backend&, const Status& outcome) {
         Result<std::vector<ClothId>> answer = std::vector<ClothId>{};
         const Status are_new = self->CheckNewWorlds(worlds);
@@ -135,11 +135,11 @@ void Session::Import(std::vector<SavedCloth> cloths, bool keeps_ids,
               [done, answer = std::move(answer)] { done(answer); });
         }
         const bool is_taken =
-            self->Free(maker->TakeMade(), count, particles, [done, answer] { done(answer); });
+            self->Free(maker->TakeMade(), amount, [done, answer] { done(answer); });
         DRAPE_CHECK(is_taken, "the device thread takes commands as long as it runs one");
       });
   if (status.ok()) return;
-  ReleaseQuota(count, particles);
+  ReleaseQuota(amount);
   done(status);
 }
 

@@ -17,8 +17,9 @@ Status CheckOne(const char* limit, uint64_t maximum, uint64_t used, uint64_t wan
 }  // namespace
 
 uint64_t StateBytes(const TenantQuota::Amount& amount) {
-  constexpr uint64_t kPerCloth = 8192, kPerParticle = 160;
-  return kPerCloth * amount.cloths + kPerParticle * amount.particles;
+  constexpr uint64_t kPerCloth = 8192, kPerParticle = 160, kPerWorldParticle = 256;
+  return kPerCloth * amount.cloths + kPerParticle * amount.particles +
+         kPerWorldParticle * amount.world_particles;
 }
 
 Status TenantQuota::CheckStates(bool is_tenant, uint64_t held_bytes, uint64_t wanted_bytes) const {
@@ -44,7 +45,8 @@ Status TenantQuota::Take(const std::string& tenant, const Amount& amount) {
   }
   DRAPE_RETURN_IF_ERROR(CheckStates(!tenant.empty(), StateBytes(used), wanted_bytes));
   used_[tenant] = {used.sessions + amount.sessions, used.cloths + amount.cloths,
-                   used.particles + amount.particles};
+                   used.particles + amount.particles,
+                   used.world_particles + amount.world_particles};
   state_bytes_ += wanted_bytes;
   return Status::Ok();
 }
@@ -55,6 +57,7 @@ void TenantQuota::GiveBack(const std::string& tenant, const Amount& amount) {
   used.sessions -= amount.sessions;
   used.cloths -= amount.cloths;
   used.particles -= amount.particles;
+  used.world_particles -= amount.world_particles;
   if (used.sessions == 0 && used.cloths == 0 && used.particles == 0) used_.erase(tenant);
   state_bytes_ -= StateBytes(amount);
 }

@@ -24,6 +24,12 @@ class TenantQuota {
     uint64_t sessions = 0;
     uint64_t cloths = 0;
     uint64_t particles = 0;
+    uint64_t world_particles = 0;  // those of `particles` whose cloths are in worlds
+
+    void AddParticles(uint64_t count, bool are_in_world) {
+      particles += count;
+      if (are_in_world) world_particles += count;
+    }
   };
 
   // `max_state_bytes`: of the states of all tenants (SessionLimits).

@@ -206,6 +206,9 @@ class Backend {
                                                const Pause& /*pause*/) {
     return Step(items);
   }
+  // Working memory of a step of these cloths by StepPiece while it is under way [bytes], about what
+  // it is at most; 0: it is small.
+  virtual uint64_t LongStepBytes(std::span<const ClothHandle> /*cloths*/) { return 0; }
   // Drops a step that StepPiece has begun, if there is one; the cloths are as before it.
   virtual void AbandonStep(ClothHandle /*cloth*/) {}
   virtual StateColumns Read(const ReadRequest& request) = 0;

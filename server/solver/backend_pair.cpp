@@ -176,6 +176,12 @@ class BackendPair final : public DeviceBackend {
     return batch;
   }
 
+  uint64_t LongStepBytes(std::span<const ClothHandle> handles) override {
+    std::vector<ClothHandle> inner;
+    for (const ClothHandle handle : handles) inner.push_back(cloths_.at(handle).inner);
+    return Home(cloths_.at(handles[0]).is_second).LongStepBytes(inner);
+  }
+
   void AbandonStep(ClothHandle handle) override {
     const Cloth& cloth = cloths_.at(handle);
     Home(cloth.is_second).AbandonStep(cloth.inner);

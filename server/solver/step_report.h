@@ -41,6 +41,9 @@ struct StepWarnings {
   bool strain_beyond_limit = false;
   // The step began with parts of the cloth that cross each other; they may stay crossed.
   bool starts_crossing = false;
+  // In some substep more of the cloth touched than can be computed, and all its particles moved
+  // alike, or none but what pins hold.
+  bool contacts_given_up = false;
 
   friend auto operator<=>(const StepWarnings&, const StepWarnings&) = default;
 };

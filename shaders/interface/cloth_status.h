@@ -42,10 +42,11 @@ struct ClothStatus {
   uint far_colliders;             // bits: colliders that no particle in the range touches
 
   // Only with self-collision.
-  uint contact_pairs;    // the most pairs that a search has found
-  uint contacts_failed;  // pins may have forced a pair through itself
-  uint most_sweeps;      // of the substep, after the last sweep over the pairs
-  uint hit_sweeps;       // beyond max_iterations, over all substeps
+  uint contact_pairs;      // the most pairs that a search has found
+  uint contacts_failed;    // pins may have forced a pair through itself
+  uint contacts_given_up;  // all particles moved alike in some substep
+  uint most_sweeps;        // of the substep, after the last sweep over the pairs
+  uint hit_sweeps;         // beyond max_iterations, over all substeps
 
   // Only with two frictions: 1 + the last substep in which some contact holds by friction.
   uint holds_until;

@@ -22,6 +22,7 @@ void main() {
 #ifdef HAS_FIND_SELF_CONTACTS
     statuses[status_index].contact_pairs = 0u;
     statuses[status_index].contacts_failed = 0u;
+    statuses[status_index].contacts_given_up = 0u;
     statuses[status_index].most_sweeps = 0u;
     statuses[status_index].hit_sweeps = 0u;
 #endif

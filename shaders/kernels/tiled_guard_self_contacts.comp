@@ -2,7 +2,7 @@
 // within the substep, and what touches has no velocity towards the other side (method.md, equations 53 to 55). One
 // work group = one cloth; an invocation takes every LOCAL_SIZE-th particle or pair. Reads Models, Parameters, Scratch;
 // writes Scratch (positions [m], velocities: v [m/s], with two steps the state before), Statuses (contact_pairs,
-// contacts_failed).
+// contacts_failed, contacts_given_up).
 #define COUNTS_IN_SCRATCH
 #define SOLVES_IN_SCRATCH
 #include "stages/self_contact_search.glsl"

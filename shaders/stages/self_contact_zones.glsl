@@ -364,7 +364,8 @@ void ChangeZones(uint purpose) {
   } else {
     EndZones(purpose, scales);
   }
+  if (purpose != kAsOne || gl_LocalInvocationID.x != 0u) return;
+  statuses[status_index].contacts_given_up = 1u;
   // Pins may have forced something through the cloth.
-  bool has_failed = purpose == kAsOne && scratch_words[PinCountWord(0u)] > 0u;
-  if (has_failed && gl_LocalInvocationID.x == 0u) statuses[status_index].contacts_failed = 1u;
+  if (scratch_words[PinCountWord(0u)] > 0u) statuses[status_index].contacts_failed = 1u;
 }

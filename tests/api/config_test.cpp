@@ -152,12 +152,12 @@ TEST(FitToMemory, LimitsTogetherAreLessThanTheMemory) {
     return config.sessions.max_model_bytes + config.sessions.max_saved_bytes +
            config.sessions.max_mesh_collider_bytes + config.sessions.max_request_id_bytes +
            config.sessions.max_remembered_bytes + 2 * config.requests.max_unread_bytes +
-           config.max_transport_bytes;
+           config.max_transport_bytes + config.scheduler.max_long_step_bytes;
   };
   for (const uint64_t gibibytes : {1, 4, 16, 31, 32, 512}) {
     Config config;
     FitToMemory(config, gibibytes << 30);
-    EXPECT_LE(sum_of(config), (gibibytes << 30) / 32 * 25) << gibibytes;
+    EXPECT_LE(sum_of(config), (gibibytes << 30) * 79 / 96) << gibibytes;
     EXPECT_LE(config.sessions.max_state_bytes, (gibibytes << 30) / 32 * 6) << gibibytes;
     EXPECT_LE(config.sessions.max_mesh_collider_bytes_per_session,
               config.sessions.max_mesh_collider_bytes);

@@ -75,6 +75,7 @@ TEST(Mapping, ReportsNameTheWarningsThatOccurred) {
   warnings.strain_beyond_limit = 2;
   warnings.energy_gained = 3;
   warnings.starts_crossing = 4;
+  warnings.contacts_given_up = 5;
   const v1::StepReport message = ToProto(ClothId{1, 1}, 9, report, warnings);
   EXPECT_EQ(message.step(), 9u);
   EXPECT_EQ(message.iterations(), 17u);
@@ -92,11 +93,12 @@ TEST(Mapping, ReportsNameTheWarningsThatOccurred) {
   EXPECT_FALSE(ToProto(ClothId{1, 1}, 9, StepReport(), warnings).has_smallest_distance_m());
   EXPECT_FALSE(message.faulted());
   EXPECT_EQ(message.fault_reason(), "");
-  ASSERT_EQ(message.warnings_size(), 4);
+  ASSERT_EQ(message.warnings_size(), 5);
   EXPECT_EQ(message.warnings().at("not_converged"), 6u);
   EXPECT_EQ(message.warnings().at("strain_beyond_limit"), 2u);
   EXPECT_EQ(message.warnings().at("energy_gained"), 3u);
   EXPECT_EQ(message.warnings().at("starts_crossing"), 4u);
+  EXPECT_EQ(message.warnings().at("contacts_given_up"), 5u);
 }
 
 TEST(Mapping, AStepAnswerNamesFaultedCloths) {

@@ -53,7 +53,7 @@ const std::map<std::string, std::set<std::string>> kMayInclude = {
     {"server/core", {}},
     {"server/scene", {"server/core"}},
     {"server/solver", {"server/core", "server/scene"}},
-    {"server/solver/self_contact", {"server/scene", "shaders/interface"}},
+    {"server/solver/self_contact", {"server/scene", "server/solver", "shaders/interface"}},
     {"server/solver/bodies", {"server/core", "server/scene", "server/solver"}},
     {"server/solver/surface_contact",
      {"server/scene", "server/solver", "server/solver/self_contact"}},

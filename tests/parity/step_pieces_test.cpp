@@ -194,6 +194,49 @@ TEST_P(StepPieces, AreNotNeededForWhatWasLeftUndone) {
   for (const ClothHandle cloth : {plain, undone, neighbour_}) backend_.Destroy(cloth);
 }
 
+class StepPiecesOfContacts : public StepPieces {};
+INSTANTIATE_TEST_SUITE_P(Backends, StepPiecesOfContacts, testing::Values("reference", "cpu"),
+                         NameOfCase<testing::TestParamInfo<std::string>>);
+
+// Of a thick sheet, of which everything touches everything: one search looks at more than a piece
+// has time for. By one thread, and by a team.
+TEST_P(StepPiecesOfContacts, StopWithinASearch) {
+  for (const uint32_t side : {27u, 46u}) {
+    Scene scene = Grid(side, side, 1, 1, {0});
+    scene.parameters.self_collision.emplace().thickness_m = 0.3;
+    scene.parameters.settings.substeps = 1;
+    scene.parameters.settings.max_iterations = 1;
+    Stir(scene, 0.2);
+    const ClothHandle whole = CreateCloth(backend_, scene);
+    const ClothHandle pieces = CreateCloth(backend_, scene);
+    const ClothHandle dropped = CreateCloth(backend_, scene);
+    const std::string before = ReadBits(backend_, dropped);
+    pauses_ = 0;
+    const StepReport expected = StepAlone(backend_, whole, scene, 1, true);
+    const StepReport report = StepInPieces({pieces, scene.pin_targets_m, true}).reports[0];
+    EXPECT_GT(pauses_, 20) << "of which 3 are between stages";
+    EXPECT_EQ(report.measured.near_pairs, expected.measured.near_pairs);
+    EXPECT_EQ(report.warnings.contacts_given_up, expected.warnings.contacts_given_up);
+    EXPECT_TRUE(ReadBits(backend_, pieces) == ReadBits(backend_, whole));
+    // Dropped wherever it has stopped, by a piece or by a batch.
+    const StepItem item{dropped, scene.pin_targets_m, true};
+    for (int count = 1; count < pauses_; count += 1 + pauses_ / 6) {
+      for (int k = 0; k < count; ++k) {
+        ASSERT_FALSE(backend_.StepPiece({&item, 1}, Pause::At({})).has_value());
+      }
+      backend_.AbandonStep(dropped);
+      const auto time = std::chrono::milliseconds(count / 4);
+      const Pause pause = Pause::At(std::chrono::steady_clock::now() + time);
+      EXPECT_TRUE(backend_.StepUntil({&item, 1}, pause).reports[0].is_undone);
+      EXPECT_TRUE(ReadBits(backend_, dropped) == before);
+    }
+    StepAlone(backend_, dropped, scene);
+    EXPECT_TRUE(ReadBits(backend_, dropped) == ReadBits(backend_, whole));
+    for (const ClothHandle cloth : {whole, pieces, dropped}) backend_.Destroy(cloth);
+  }
+  backend_.Destroy(neighbour_);
+}
+
 // The lengths at which a step begins are not those to which a dropped one went.
 TEST_P(StepPieces, DrivenLengthsBeginWhereTheLastStepEnded) {
   Scene scene = SizedCloth(1100);

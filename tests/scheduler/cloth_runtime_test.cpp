@@ -67,9 +67,10 @@ TEST(ClothRuntime, ResetBeginsAgainAndCountsAsAChangeOfState) {
                      .springs_gain_energy = true,
                      .over_budget = true,
                      .strain_beyond_limit = true,
-                     .starts_crossing = true};
+                     .starts_crossing = true,
+                     .contacts_given_up = true};
   cloth->CompleteStep(report);
-  EXPECT_EQ(cloth->progress().warnings, (WarningCounters{1, 1, 1, 1, 1, 1, 1, 1, 1}));
+  EXPECT_EQ(cloth->progress().warnings, (WarningCounters{1, 1, 1, 1, 1, 1, 1, 1, 1, 1}));
   const uint64_t version = cloth->state_version();
   cloth->Reset({}, {});
   EXPECT_EQ(cloth->progress().completed_steps, 0u);

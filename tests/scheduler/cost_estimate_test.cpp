@@ -66,7 +66,9 @@ TEST(CostEstimate, ABatchIsSharedByTheTimeOfItsThreads) {
   const SolveRate rate;
   CostEstimate heavy, light;
   const std::array<ClothCost, 2> timed = {{{&heavy, 100, 3000, false}, {&light, 100, 1000, false}}};
-  EXPECT_EQ(ShareCost(timed, 2000), 200 + 2 * kSolvesPerClothStep);
+  const DoneWork done = ShareCost(timed, 2000);
+  EXPECT_EQ(done.solves, 200 + 2 * kSolvesPerClothStep);
+  EXPECT_EQ(done.cost_us, 2000);
   EXPECT_EQ(heavy.Expected_us(1, false, rate), 1500);
   EXPECT_EQ(light.Expected_us(1, false, rate), 500);
 }
@@ -76,18 +78,20 @@ TEST(CostEstimate, ABatchIsSharedBySolvesWhereNobodyTellsTheTime) {
   CostEstimate heavy, light;
   const std::array<ClothCost, 2> untimed = {
       {{&heavy, 2 * kSolvesPerClothStep, 0, false}, {&light, 0, 0, false}}};
-  EXPECT_EQ(ShareCost(untimed, 2000), 4 * kSolvesPerClothStep);
+  EXPECT_EQ(ShareCost(untimed, 2000).solves, 4 * kSolvesPerClothStep);
   EXPECT_EQ(heavy.Expected_us(1, false, rate), 1500);
   EXPECT_EQ(light.Expected_us(1, false, rate), 500);
 }
 
-// Its time is not that of its step, and it made no solves.
+// Its time is not that of its step, and of its solves nobody knows how many it made.
 TEST(CostEstimate, WhatWasLeftUndoneIsNoMeasurement) {
   const SolveRate rate;
   CostEstimate done, undone, waiting;
   const std::array<ClothCost, 3> cloths = {
       {{&done, 0, 1000, false}, {&undone, 1e9, 3000, true}, {&waiting, 1e9, 0, true}}};
-  EXPECT_EQ(ShareCost(cloths, 2000), kSolvesPerClothStep);
+  const DoneWork work = ShareCost(cloths, 2000);
+  EXPECT_EQ(work.solves, kSolvesPerClothStep);
+  EXPECT_EQ(work.cost_us, 500) << "a cloth that is new to the server would look as costly";
   EXPECT_EQ(done.Expected_us(1, false, rate), 500);
   EXPECT_EQ(undone.Expected_us(1, false, rate), 6000);
   EXPECT_NEAR(waiting.Expected_us(1, false, rate), kSolvesPerClothStep * rate.us_per_solve(), 1);

@@ -20,9 +20,12 @@ class DeviceLoopTest : public testing::Test {
  protected:
   DeviceLoopTest() { Restart(16384); }
 
-  void Restart(uint32_t max_cloths_per_batch, int64_t batch_budget_us = 50'000) {
+  void Restart(uint32_t max_cloths_per_batch, int64_t batch_budget_us = 50'000,
+               uint64_t max_long_step_bytes = UINT64_MAX) {
     loop_.emplace(
-        backend_, DeviceLoop::Settings{{max_cloths_per_batch, 1}, 1000, batch_budget_us}, clock_,
+        backend_,
+        DeviceLoop::Settings{{max_cloths_per_batch, 1}, 1000, batch_budget_us, max_long_step_bytes},
+        clock_,
         [this](StepWork work, StepOutcome outcome) {
           ended_.push_back(work.session);
           outcomes_[work.session] = std::move(outcome);

@@ -269,6 +269,7 @@ class FakeBackend final : public DeviceBackend {
     if (!is_complete) return std::nullopt;
     return Step(items);
   }
+  uint64_t LongStepBytes(std::span<const ClothHandle> cloths) override { return cloths.size(); }
   void AbandonStep(ClothHandle cloth) override {
     CheckThread();
     device_->Locked([&] { device_->abandoned_ += device_->under_way_.erase(cloth.slot); });

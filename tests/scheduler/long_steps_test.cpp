@@ -112,6 +112,105 @@ TEST_F(LongStepsTest, ASessionHasOneLongStepUnderWay) {
   for (const auto& cloth : {a, b, c}) EXPECT_EQ(cloth->now().completed_steps, 2u);
 }
 
+// A world has the working memory of all of its cloths. What waits for that is not overtaken.
+TEST_F(LongStepsTest, WorkingMemoryHasALimitThatOneMayExceed) {
+  Restart(16384, 50'000, 2);
+  const auto a = Cloth(), b = Cloth(), c = Cloth(), d = Cloth();
+  const std::vector<std::shared_ptr<ClothRuntime>> heap{Cloth(), Cloth(), Cloth()};
+  const auto world = std::make_shared<ClothWorld>(1);
+  for (size_t k = 0; k < heap.size(); ++k) heap[k]->Join(world, k, Vector3d::Zero());
+  TakeFor({a, b, c, d, heap[0], heap[1], heap[2]}, 1'000'000);
+  Admit(Work("x", {a, b, c, d}));
+  Admit(Work("y", heap));
+  RunAll();
+  device_->StepInPieces(10);
+  Admit(Work("a", {a}));
+  Admit(Work("b", {b}));
+  Admit(Work("heap", heap));
+  Admit(Work("c", {c}));
+  Admit(Work("d", {d}));
+  std::map<size_t, int> rounds;  // with so many under way
+  std::vector<std::string> order;
+  while (loop_->has_requests()) {
+    loop_->RunRound();
+    ++rounds[device_->under_way()];
+    for (const auto& [name, outcome] : outcomes_) {
+      if (std::ranges::count(order, name) == 0) order.push_back(name);
+    }
+  }
+  EXPECT_EQ(rounds.rbegin()->first, 2u);
+  EXPECT_GT(rounds[2], 20);
+  EXPECT_GE(rounds[1], 10) << "the heap, beside nothing";
+  ASSERT_EQ(order.size(), 7u);
+  EXPECT_EQ(order[4], "heap");
+}
+
+// Those that are under way take room again with each of their steps, but not before who waits.
+TEST_F(LongStepsTest, WhoLacksRoomIsNotOvertakenByTheNextStepsOfOthers) {
+  Restart(16384, 50'000, 2);
+  const auto a = Cloth(), b = Cloth();
+  const std::vector<std::shared_ptr<ClothRuntime>> heap{Cloth(), Cloth()};
+  const auto world = std::make_shared<ClothWorld>(1);
+  for (size_t k = 0; k < heap.size(); ++k) heap[k]->Join(world, k, Vector3d::Zero());
+  TakeFor({a, b, heap[0], heap[1]}, 1'000'000);
+  Admit(Work("x", {a, b}));
+  Admit(Work("y", heap));
+  RunAll();
+  device_->StepInPieces(10);
+  Admit(Work("a", {a}, 50));
+  Admit(Work("b", {b}, 50));
+  loop_->RunRound();
+  Admit(Work("heap", heap));
+  while (!outcomes_.contains("heap")) loop_->RunRound();
+  EXPECT_LE(a->now().completed_steps, 4u);
+  EXPECT_LE(b->now().completed_steps, 4u);
+  EXPECT_FALSE(outcomes_.contains("a"));
+  RunAll();
+}
+
+// What cannot run now, for its tenant has used up its rate, is not waited for.
+TEST_F(LongStepsTest, WhoIsHeldBackKeepsNobodyFromRoom) {
+  Restart(16384, 50'000, 2);
+  const auto a = Cloth(), b = Cloth();
+  const std::vector<std::shared_ptr<ClothRuntime>> heap{Cloth(), Cloth()};
+  const auto world = std::make_shared<ClothWorld>(1);
+  for (size_t k = 0; k < heap.size(); ++k) heap[k]->Join(world, k, Vector3d::Zero());
+  TakeFor({a, b, heap[0], heap[1]}, 1'000'000);
+  Admit(Work("x", {a, b}));
+  Admit(Work("y", heap));
+  RunAll();
+  device_->StepInPieces(10);
+  Admit(Work("a", {a}, 20));
+  loop_->RunRound();
+  StepWork held = Work("heap", heap, 2);
+  held.tenant = "limited";
+  Admit(std::move(held));
+  loop_->RunRound();  // it waits for room
+  rates_.Set({.per_tenant = 1e9});
+  rates_.Charge("limited", 1e15);
+  Admit(Work("b", {b}));
+  while (!outcomes_.contains("b")) loop_->RunRound();
+  EXPECT_FALSE(outcomes_.contains("a"));
+  EXPECT_FALSE(outcomes_.contains("heap"));
+}
+
+// By its solves it costs nothing. What its report has to find may take long all the same.
+TEST_F(LongStepsTest, TheReportOfAFaultedClothIsFoundInPiecesIfItTakesLong) {
+  const auto cloth = Cloth();
+  device_->FaultNextStep(cloth->handle());
+  Admit(Work("x", {cloth}));
+  RunAll();
+  ASSERT_TRUE(cloth->is_faulted());
+  device_->LeaveUndone({cloth->handle()}, 1'000'000);
+  device_->StepInPieces(3);
+  StepWork work = Work("x", {cloth});
+  work.report = true;
+  Admit(std::move(work));
+  for (int round = 0; round < 10 && loop_->has_requests(); ++round) loop_->RunRound();
+  EXPECT_FALSE(loop_->has_requests());
+  EXPECT_EQ(device_->pieces(), 3u);
+}
+
 TEST_F(LongStepsTest, DeletingAClothDropsItsLongStep) {
   const auto heavy = Cloth();
   TakeFor({heavy}, 1'000'000);

@@ -67,7 +67,7 @@ TEST_F(SlicedReads, LetGoOfTheClothsWhenTheyAreGivenUp) {
   SlicedRead read(cloths_, {true, false}, 1);
   EXPECT_FALSE(read.ReadMore(backend_));
   EXPECT_EQ(HeldCloths(), 4);
-  read.GiveUp();
+  read.Release();
   EXPECT_EQ(HeldCloths(), 0);
 }
 

@@ -39,6 +39,18 @@ TEST(TenantQuota, StatesOfAllTenantsHaveALimitThatNoneTakesAlone) {
   EXPECT_TRUE(quota.Take("ella", part).ok());
 }
 
+TEST(TenantQuota, CountsTheSurfacesOfWorlds) {
+  TenantQuota::Amount apart{.cloths = 1}, in_world{.cloths = 1};
+  apart.AddParticles(1'000, false);
+  in_world.AddParticles(1'000, true);
+  EXPECT_EQ(StateBytes(in_world) - StateBytes(apart), 256'000);
+  TenantQuota quota({}, StateBytes(in_world));
+  ASSERT_TRUE(quota.Take("", in_world).ok());
+  EXPECT_EQ(quota.Take("", apart).reason(), "QUOTA_EXCEEDED");
+  quota.GiveBack("", in_world);
+  EXPECT_TRUE(quota.Take("", in_world).ok()) << "all of it was given back";
+}
+
 TEST(TenantQuota, WithoutTenantsStatesHaveTheWholeLimit) {
   const TenantQuota::Amount part{0, 1, 1'000};
   TenantQuota quota({}, 10 * StateBytes(part));

@@ -117,6 +117,25 @@ TEST_F(SessionWorlds, OnlyTheWholeWorldIsStepped) {
   EXPECT_EQ(cloths[0]->runtime->progress().completed_steps, 0u);
 }
 
+TEST_F(SessionWorlds, TheirSurfacesCountAmongTheStatesUntilTheirClothsAreDeleted) {
+  SessionLimits limits;
+  limits.max_state_bytes = StateBytes({.cloths = 2, .particles = 98, .world_particles = 49});
+  SessionRegistry registry(*scheduler_, limits, clock_, "narrow");
+  SessionLease narrow = registry.Create(std::nullopt, "").value();
+  for (const char* const world : {"heap", "other heap"}) {
+    const auto in_world = TryCreate(*narrow, Sheet(world, 0.02));
+    ASSERT_TRUE(in_world.ok()) << in_world.status().ToString();
+    const auto refused = TryCreate(*narrow, Sheet(world, 0.05));
+    EXPECT_EQ(refused.status().reason(), "QUOTA_EXCEEDED");
+    const auto apart = TryCreate(*narrow, Sheet("", 0.05));
+    ASSERT_TRUE(apart.ok()) << apart.status().ToString();
+    Awaited<Status> deleted;
+    narrow->DeleteCloths(narrow->FindCloths({}).value(),
+                         [deleted](const Status& s) mutable { deleted.Set(s); });
+    ASSERT_TRUE(deleted.Get().ok());
+  }
+}
+
 TEST_F(SessionWorlds, MembersHaveTheSameSettings) {
   const ClothList cloths = Find({Create(Sheet("heap", 0.02)), Create(Sheet("heap", 0.05))});
   ClothCreation finer = Sheet("heap", 0.1);

@@ -24,6 +24,7 @@
 #include "server/solver/cpu/arithmetic.h"
 #include "server/solver/cpu/cloth_slots.h"
 #include "server/solver/cpu/cpu_cloth.h"
+#include "server/solver/cpu/long_step.h"
 #include "server/solver/cpu/model/float_model.h"
 #include "server/solver/cpu/side_by_side/group_step.h"
 #include "server/solver/cpu/simd/denormals.h"
@@ -32,6 +33,7 @@
 #include "server/solver/cpu/step_groups.h"
 #include "server/solver/cpu/world.h"
 #include "server/solver/self_contact/contact_surface.h"
+#include "server/solver/self_contact/self_contacts.h"
 #include "server/solver/update_check.h"
 
 namespace drape {
@@ -42,6 +44,9 @@ Status OutOfMemory() {
   return {StatusCode::kResourceExhausted, "DEVICE_MEMORY",
           "the server has no memory left for this cloth"};
 }
+
+// Of StepScratch, for each particle, about: 20 vectors.
+constexpr uint64_t kScratchBytes = 320;
 
 class CpuBackend final : public Backend {
  public:
@@ -110,25 +115,35 @@ class CpuBackend final : public Backend {
                                        const Pause& pause) override {
     const auto start = std::chrono::steady_clock::now();
     const std::vector<Cloth*> cloths = ClothsOf(items);
-    if (cloths[0]->fault != FaultReason::kNone) return Step(items);
-    if (cloths[0]->long_step == nullptr || cloths[0]->long_step->cloths != cloths) {
-      for (size_t k = 0; k < cloths.size(); ++k) SetTargets(*cloths[k], items[k]);
-      const auto step = std::make_shared<LongStep>();
-      step->cloths = cloths;
-      step->scratches.resize(cloths.size());
-      for (Cloth* const cloth : cloths) cloth->long_step = step;
+    if (cloths[0]->long_step == nullptr || cloths[0]->long_step->cloths() != cloths) {
+      const bool is_faulted = cloths[0]->fault != FaultReason::kNone;
+      for (size_t k = 0; k < cloths.size(); ++k) {
+        is_faulted ? Abandon(*cloths[k]) : SetTargets(*cloths[k], items[k]);
+      }
+      const auto begun = std::make_shared<LongStep>(
+          cloths, thread_count_, [this](auto&&... how) { return SteppedOf(how...); });
+      for (Cloth* const cloth : cloths) cloth->long_step = begun;
     }
     const std::shared_ptr<LongStep> step = cloths[0]->long_step;
-    if (!ContinueOnAllThreads(*step, items, pause)) return std::nullopt;
-    BatchReport batch;
+    const bool was_faulted = cloths[0]->fault != FaultReason::kNone;
+    if (!step->Continue(items, arena_, pause)) return std::nullopt;
+    BatchReport batch{.reports = step->reports()};
     for (size_t k = 0; k < cloths.size(); ++k) {
-      batch.reports.push_back(step->progress.cloths[k].report);
       cloths[k]->long_step = nullptr;
-      EndSelfContacts(*cloths[k], batch.reports[k], step->scratches[k]);
+      if (was_faulted) continue;
+      EndSelfContacts(*cloths[k], batch.reports[k], step->scratch(k));
       EndStep(*cloths[k], batch.reports[k]);
     }
     batch.device_us = std::lround(UsSince(start));
     return batch;
+  }
+
+  uint64_t LongStepBytes(std::span<const ClothHandle> cloths) override {
+    size_t particles = 0;
+    for (const ClothHandle cloth : cloths) particles += cloths_.At(cloth).model->particle_count;
+    const bool may_touch = cloths.size() > 1 || cloths_.At(cloths[0]).contact_surface != nullptr;
+    return kScratchBytes * particles +
+           (may_touch ? self_contact::MostBytes<self_contact::Vector3f>(particles) : 0);
   }
 
   void AbandonStep(ClothHandle cloth) override { Abandon(cloths_.At(cloth)); }
@@ -307,14 +322,6 @@ class CpuBackend final : public Backend {
     return smallest;
   }
 
-  // Closes a team when its cloth has been stepped, in whatever way that ends.
-  struct TeamLead {
-    StepTeam* const team;
-    ~TeamLead() {
-      if (team != nullptr) team->Close();
-    }
-  };
-
   // Touches only the cloths of the group and this thread's scratch memory.
   void StepOnThisThread(SharedBatch& batch, size_t index) {
     const StepGroup& group = batch.groups[index];
@@ -396,6 +403,16 @@ class CpuBackend final : public Backend {
     return true;
   }
 
+  // False: dropped.
+  template <class Function>
+  static bool DoOrDrop(const Function& function) {
+    try {
+      return function();
+    } catch (const StepDropped&) {
+      return false;
+    }
+  }
+
   // One cloth, or all of a world: so many items from the first on.
   void StepTogether(SharedBatch& batch, size_t first, size_t count, StepTeam& team) {
     const auto start = std::chrono::steady_clock::now();
@@ -410,68 +427,44 @@ class CpuBackend final : public Backend {
     if (!is_faulted) {
       for (size_t k = 0; k < cloths.size(); ++k) SetTargets(*cloths[k], items[k]);
     }
-    std::vector<SteppedCloth> stepped = SteppedOf(cloths, items, team, scratches);
-    if (is_faulted) return MeasureFaulted(cloths, stepped, reports);
+    DropWhenDue interruption(batch.pause);
     StepProgress progress;
-    const bool is_done = ContinueStep(stepped, progress, batch.pause);
+    const bool is_done = DoOrDrop([&] {
+      std::vector<SteppedCloth> stepped = SteppedOf(cloths, items, team, scratches, &interruption);
+      if (!is_faulted) return ContinueStep(stepped, progress, batch.pause);
+      MeasureFaulted(cloths, stepped, reports);
+      return true;
+    });
     for (size_t k = 0; k < cloths.size(); ++k) {
+      if (is_done && is_faulted) continue;
       if (is_done) {
         reports[k] = progress.cloths[k].report;
         EndSelfContacts(*cloths[k], reports[k], *scratches[k]);
         EndStep(*cloths[k], reports[k]);
       } else {
         reports[k].is_undone = true;
-        DropTargets(*cloths[k]);
+        if (!is_faulted) DropTargets(*cloths[k]);
       }
       reports[k].thread_us = team.member_count() * UsSince(start) / static_cast<double>(count);
     }
   }
 
-  // A piece of a long step. One thread leads, the others help. Whether it is over.
-  bool ContinueOnAllThreads(LongStep& step, std::span<const StepItem> items, const Pause& pause) {
-    const bool has_team = LargestOf(step.cloths) >= kMinTeamParticles;
-    StepTeam team(has_team ? static_cast<uint32_t>(thread_count_) : 1);
-    bool is_over = false;
-    std::atomic<bool> has_leader{false};
-    const auto work = [&](const tbb::blocked_range<size_t>&) {
-      const DenormalsAreZero denormals_are_zero;
-      if (has_leader.exchange(true)) return team.Join();
-      const TeamLead lead{&team};
-      std::vector<StepScratch*> scratches;
-      for (StepScratch& scratch : step.scratches) scratches.push_back(&scratch);
-      std::vector<SteppedCloth> stepped = SteppedOf(step.cloths, items, team, scratches);
-      is_over = ContinueStep(stepped, step.progress, pause);
-    };
-    arena_.execute([&] {
-      tbb::parallel_for(tbb::blocked_range<size_t>(0, team.max_members(), 1), work,
-                        tbb::simple_partitioner());
-    });
-    return is_over;
-  }
-
   // Valid as long as the cloths are not changed.
   std::vector<SteppedCloth> SteppedOf(std::span<Cloth* const> cloths,
-                                      std::span<const StepItem> items, StepTeam& team,
-                                      std::span<StepScratch* const> scratches) {
+                                      const std::span<const StepItem>& items, StepTeam& team,
+                                      std::span<StepScratch* const> scratches,
+                                      Interruption* interruption) {
     std::vector<SteppedCloth> stepped;
-    if (cloths.size() == 1) {
-      const Scheme& scheme = *cloths[0]->scheme;
-      stepped.push_back({ContextOf(*cloths[0], items[0], scheme, team, *scratches[0]),
-                         items[0].measure, cloths[0]->state});
-      return stepped;
-    }
-    const std::shared_ptr<const World> world = GetWorld(cloths);
+    const std::shared_ptr<const World> world =
+        cloths.size() > 1 ? WorldOf(cloths, made_->surfaces, interruption) : nullptr;
     for (size_t k = 0; k < cloths.size(); ++k) {
-      stepped.push_back({ContextOf(*cloths[k], items[k], *world->schemes[k], team, *scratches[k]),
+      const Scheme& scheme = world ? *world->schemes[k] : *cloths[k]->scheme;
+      stepped.push_back({ContextOf(*cloths[k], items[k], scheme, team, *scratches[k]),
                          items[k].measure, cloths[k]->state});
+      stepped.back().context.interruption = interruption;
     }
-    EnterWorld(*world, items, stepped);
+    if (world) EnterWorld(*world, items, stepped);
     return stepped;
-  }
-
-  // Kept by the first cloth.
-  std::shared_ptr<const World> GetWorld(std::span<Cloth* const> cloths) {
-    return WorldOf(cloths, made_->surfaces);
   }
 
   StepContext ContextOf(Cloth& cloth, const StepItem& item, const Scheme& scheme, StepTeam& team,

@@ -6,6 +6,7 @@
 
 #include "server/solver/collider_contact.h"
 #include "server/solver/cpu/alone/self_contacts.h"
+#include "server/solver/cpu/long_step.h"
 #include "server/solver/cpu/side_by_side/group_step.h"
 
 namespace drape::cpu {
@@ -153,9 +154,9 @@ std::optional<OwnLengths> ToOwnLengths(std::span<const double> rest_lengths_m,
 void Abandon(Cloth& cloth) {
   if (cloth.long_step == nullptr) return;
   const std::shared_ptr<LongStep> step = cloth.long_step;
-  for (Cloth* const each : step->cloths) {
+  for (Cloth* const each : step->cloths()) {
     each->long_step = nullptr;
-    DropTargets(*each);
+    if (each->fault == FaultReason::kNone) DropTargets(*each);
   }
 }
 

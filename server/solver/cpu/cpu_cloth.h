@@ -18,15 +18,8 @@
 
 namespace drape::cpu {
 
-struct Cloth;
+class LongStep;
 struct World;
-
-// A step that is done in pieces, with working memory of its own.
-struct LongStep {
-  std::vector<Cloth*> cloths;  // that take part
-  std::vector<StepScratch> scratches;
-  StepProgress progress;
-};
 
 // How a cloth is stepped, as follows from its model, parameters and lengths.
 struct Scheme {

@@ -35,8 +35,8 @@ std::shared_ptr<const Scheme> SchemeIn(const Cloth& cloth, const WorldSettings& 
 
 }  // namespace
 
-std::shared_ptr<const World> WorldOf(std::span<Cloth* const> cloths,
-                                     ContactSurfaceCache& surfaces) {
+std::shared_ptr<const World> WorldOf(std::span<Cloth* const> cloths, ContactSurfaceCache& surfaces,
+                                     Interruption* interruption) {
   std::shared_ptr<const World>& kept = cloths[0]->world;
   if (kept != nullptr && IsOf(*kept, cloths)) return kept;
   auto world = std::make_shared<World>();
@@ -49,7 +49,7 @@ std::shared_ptr<const World> WorldOf(std::span<Cloth* const> cloths,
     of_cloths.push_back(surfaces.Get(cloth->model->source));
     members.push_back({of_cloths.back().get(), cloth->contact_surface != nullptr});
   }
-  world->surface = std::make_shared<const ContactSurface>(members);
+  world->surface = std::make_shared<const ContactSurface>(members, interruption);
   return kept = world;
 }
 
@@ -77,15 +77,17 @@ void EnterWorld(const World& world, std::span<const StepItem> items, SteppedClot
 void MeasureFaulted(std::span<Cloth* const> cloths, std::span<const SteppedCloth> stepped,
                     std::span<StepReport> reports) {
   std::vector<MeasuredCloth> measured;
-  bool is_any_measured = false;
+  for (const auto& [context, measure, state] : stepped) measured.push_back({context, state});
+  const bool is_any_measured = std::ranges::any_of(stepped, &SteppedCloth::measure);
+  const auto contacts = is_any_measured ? MeasureSelfContacts(measured)
+                                        : std::vector<self_contact::SelfContactMeasures>();
   for (size_t k = 0; k < cloths.size(); ++k) {
     const auto& [context, measure, state] = stepped[k];
     reports[k].fault = cloths[k]->fault;
-    if (measure) reports[k].measured = Measure(context, state, reports[k].fault);
-    measured.push_back({context, state, measure ? &reports[k].measured : nullptr});
-    is_any_measured |= measure;
+    if (!measure) continue;
+    reports[k].measured = Measure(context, state, reports[k].fault);
+    if (!contacts.empty()) Tell(contacts[k], reports[k].measured);
   }
-  if (is_any_measured) MeasureSelfContacts(measured);
 }
 
 }  // namespace drape::cpu

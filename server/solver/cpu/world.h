@@ -18,7 +18,8 @@ struct World {
 };
 
 // Of the cloths in the order of their world; made anew when one of them has changed.
-std::shared_ptr<const World> WorldOf(std::span<Cloth* const> cloths, ContactSurfaceCache& surfaces);
+std::shared_ptr<const World> WorldOf(std::span<Cloth* const> cloths, ContactSurfaceCache& surfaces,
+                                     Interruption* interruption);
 
 // Of the cloth with most particles.
 uint32_t LargestOf(std::span<Cloth* const> cloths);

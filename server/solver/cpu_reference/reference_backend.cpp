@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <functional>
 #include <optional>
 #include <unordered_map>
 #include <utility>
@@ -9,6 +10,8 @@
 #include "server/core/check.h"
 #include "server/solver/collider_contact.h"
 #include "server/solver/cpu_reference/reference_step.h"
+#include "server/solver/pausable_work.h"
+#include "server/solver/self_contact/self_contacts.h"
 #include "server/solver/update_check.h"
 
 namespace drape {
@@ -22,6 +25,9 @@ std::vector<Vector3d> PinPositions(const SceneModel& model, const ParticleState&
   for (const uint32_t pin : model.pins()) positions.push_back(state.positions_m[pin]);
   return positions;
 }
+
+// Of a StepContext, for each particle, about: 20 vectors.
+constexpr uint64_t kScratchBytes = 480;
 
 class ReferenceBackend final : public Backend {
  public:
@@ -80,16 +86,26 @@ class ReferenceBackend final : public Backend {
     const auto under_way = steps_under_way_.find(handles[0]);
     if (under_way == steps_under_way_.end() || under_way->second->cloths != handles) {
       for (const ClothHandle handle : handles) AbandonStep(handle);
-      const auto begun = std::make_shared<LongStep>(LongStep{handles, MakeStep(items)});
-      for (const ClothHandle handle : handles) steps_under_way_[handle] = begun;
+      const bool may_touch = items.size() > 1 || Find(handles[0]).contact_surface != nullptr;
+      const auto begun = std::make_shared<LongStep>(
+          std::move(handles), may_touch,
+          [this, items](Interruption* interruption) { return MakeStep(items, interruption); });
+      for (const ClothHandle handle : begun->cloths) steps_under_way_[handle] = begun;
     }
-    BatchReport batch;
-    auto reports = steps_under_way_.at(handles[0])->step->Continue(pause);
-    if (!reports) return std::nullopt;
-    for (const ClothHandle handle : handles) steps_under_way_.erase(handle);
-    batch.reports = *std::move(reports);
+    const std::shared_ptr<LongStep> step = steps_under_way_.at(items[0].cloth);
+    if (!step->Continue(pause)) return std::nullopt;
+    for (const ClothHandle handle : step->cloths) steps_under_way_.erase(handle);
+    BatchReport batch{.reports = *std::move(step->reports)};
     batch.device_us = UsSince(start);
     return batch;
+  }
+
+  uint64_t LongStepBytes(std::span<const ClothHandle> handles) override {
+    size_t particles = 0;
+    for (const ClothHandle handle : handles) particles += Find(handle).model->particle_count();
+    const bool may_touch = handles.size() > 1 || Find(handles[0]).contact_surface != nullptr;
+    return kScratchBytes * particles +
+           (may_touch ? self_contact::MostBytes<self_contact::Vector3d>(particles) : 0);
   }
 
   void AbandonStep(ClothHandle handle) override {
@@ -146,12 +162,36 @@ class ReferenceBackend final : public Backend {
 
   // A step that is done in pieces.
   struct LongStep {
-    std::vector<ClothHandle> cloths;
-    std::unique_ptr<ReferenceStep> step;
+    using Make = std::function<std::unique_ptr<ReferenceStep>(Interruption*)>;
+
+    // `make` is called in the first piece.
+    LongStep(std::vector<ClothHandle> its_cloths, bool may_touch, Make make_step)
+        : cloths(std::move(its_cloths)), make(std::move(make_step)) {
+      if (!may_touch) return;
+      work = PausableWork::Begin([this](Interruption& interruption, const Pause& pause) {
+        step = make(&interruption);
+        while (!(reports = step->Continue(pause, &interruption))) interruption.Check();
+      });
+    }
+
+    // Whether it is over.
+    bool Continue(const Pause& pause) {
+      if (work) return work->Continue(pause);
+      if (!step) step = make(nullptr);
+      reports = step->Continue(pause);
+      return reports.has_value();
+    }
+
+    const std::vector<ClothHandle> cloths;
+    const Make make;
+    std::unique_ptr<ReferenceStep> step{};
+    std::optional<std::vector<StepReport>> reports{};
+    std::unique_ptr<PausableWork> work{};  // null: no stage takes long
   };
 
   // Lengths are what they were when a step began that is dropped.
   static void DropTargets(ReferenceCloth& cloth) {
+    if (cloth.fault != FaultReason::kNone) return;  // of which none has begun
     cloth.rest_length_targets_m = cloth.rest_lengths_m;
   }
 
@@ -162,7 +202,7 @@ class ReferenceBackend final : public Backend {
     for (StepReport& report : undone) report.is_undone = true;
     if (pause.IsDue()) return undone;
     for (const StepItem& item : items) AbandonStep(item.cloth);
-    std::optional<std::vector<StepReport>> reports = MakeStep(items)->Continue(pause);
+    std::optional<std::vector<StepReport>> reports = StepOrDrop(items, pause);
     if (!reports) {
       for (const StepItem& item : items) DropTargets(Find(item.cloth));
       reports = std::move(undone);
@@ -173,8 +213,20 @@ class ReferenceBackend final : public Backend {
     return *std::move(reports);
   }
 
+  // None: it is dropped, since the pause is due.
+  std::optional<std::vector<StepReport>> StepOrDrop(std::span<const StepItem> items,
+                                                    const Pause& pause) {
+    DropWhenDue interruption(pause);
+    try {
+      return MakeStep(items, &interruption)->Continue(pause, &interruption);
+    } catch (const StepDropped&) {
+      return std::nullopt;
+    }
+  }
+
   // Of one cloth or one world, whose targets are set.
-  std::unique_ptr<ReferenceStep> MakeStep(std::span<const StepItem> items) {
+  std::unique_ptr<ReferenceStep> MakeStep(std::span<const StepItem> items,
+                                          Interruption* interruption) {
     std::vector<SteppedReference> cloths;
     uint32_t most_sweeps = UINT32_MAX;
     for (const StepItem& item : items) {
@@ -183,18 +235,20 @@ class ReferenceBackend final : public Backend {
       cloths.push_back({&cloth, AskedBy(item), item.world.origin_m - items[0].world.origin_m});
       most_sweeps = std::min(most_sweeps, IterationsOf(item, cloth.parameters.settings));
     }
-    auto surface = items.size() > 1 ? SurfaceOf(cloths) : cloths[0].cloth->contact_surface;
+    auto surface =
+        items.size() > 1 ? SurfaceOf(cloths, interruption) : cloths[0].cloth->contact_surface;
     return std::make_unique<ReferenceStep>(std::move(cloths), std::move(surface), most_sweeps);
   }
 
-  std::shared_ptr<const ContactSurface> SurfaceOf(std::span<const SteppedReference> cloths) {
+  std::shared_ptr<const ContactSurface> SurfaceOf(std::span<const SteppedReference> cloths,
+                                                  Interruption* interruption) {
     std::vector<SurfaceMember> members;
     for (const SteppedReference& stepped : cloths) {
       ReferenceCloth& cloth = *stepped.cloth;
       if (cloth.world_surface == nullptr) cloth.world_surface = surfaces_.Get(cloth.model);
       members.push_back({cloth.world_surface.get(), cloth.contact_surface != nullptr});
     }
-    return std::make_shared<const ContactSurface>(members);
+    return std::make_shared<const ContactSurface>(members, interruption);
   }
 
   static AskedOfStep AskedBy(const StepItem& item) {

@@ -87,7 +87,7 @@ double EdgeLength(const StepContexts& contexts) {
 }  // namespace
 
 void ReferenceSelfContacts::Begin(StepContexts& contexts, const ContactSurface* surface,
-                                  bool may_cross) {
+                                  bool may_cross, Interruption* interruption) {
   surface_ = surface;
   if (surface == nullptr) return;
   for (const StepContext& context : contexts) {
@@ -116,7 +116,8 @@ void ReferenceSelfContacts::Begin(StepContexts& contexts, const ContactSurface* 
       .substeps = first.plan.schedule.size(),
       .has_two_steps = first.plan.solver.has_two_steps,
       .inverse_masses = inverse_masses_,
-      .pulls = {pulls_, pulls_in_memory_}};
+      .pulls = {pulls_, pulls_in_memory_},
+      .interruption = interruption};
   contacts_.Begin(*surface, step, may_cross, Gather(contexts, Kind::kPlaces, Positions));
 }
 
@@ -200,7 +201,9 @@ void ReferenceSelfContacts::TakePulls(const StepContexts& contexts) {
   std::ranges::fill(pulls_in_memory_, SelfVector{});
 }
 
-void MeasureSelfContacts(const ContactSurface& surface, std::span<const MeasuredCloth> cloths) {
+std::vector<self_contact::SelfContactMeasures> MeasureSelfContacts(
+    const ContactSurface& surface, std::span<const MeasuredCloth> cloths,
+    Interruption* interruption) {
   std::vector<SelfVector> positions;
   std::vector<double> thicknesses;
   for (const MeasuredCloth& cloth : cloths) {
@@ -209,14 +212,8 @@ void MeasureSelfContacts(const ContactSurface& surface, std::span<const Measured
     }
     thicknesses.push_back(SelfContactOf(*cloth.parameters).thickness_m);
   }
-  const std::vector<self_contact::SelfContactMeasures> measures = self_contact::MeasureSelfContacts(
-      surface, {std::ranges::max(thicknesses), thicknesses}, positions);
-  for (size_t k = 0; k < cloths.size(); ++k) {
-    if (cloths[k].measured == nullptr) continue;
-    cloths[k].measured->near_pairs = measures[k].near_pairs;
-    cloths[k].measured->smallest_distance_m = measures[k].smallest_distance_m;
-    cloths[k].measured->crossings = measures[k].crossings;
-  }
+  return self_contact::MeasureSelfContacts(surface, {std::ranges::max(thicknesses), thicknesses},
+                                           positions, interruption);
 }
 
 }  // namespace drape::reference

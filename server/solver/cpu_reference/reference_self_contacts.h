@@ -23,11 +23,15 @@ using SelfVector = self_contact::Vector3d;
 class ReferenceSelfContacts {
  public:
   // Before the first substep. `surface`: of the cloth or the world; null: nothing touches.
-  void Begin(StepContexts& contexts, const ContactSurface* surface, bool may_cross);
+  // `interruption`: of the whole step; null: nobody is asked.
+  void Begin(StepContexts& contexts, const ContactSurface* surface, bool may_cross,
+             Interruption* interruption);
   // Whether parts of cloth `index` crossed something then.
   bool StartsCrossing(const StepContexts& contexts, size_t index) const;
   // Pins forced something through something.
   bool has_failed() const { return has_failed_; }
+  // As of SelfContacts.
+  bool has_given_up() const { return surface_ != nullptr && contacts_.has_given_up(); }
 
   // The stages of a substep.
   void Find(StepContexts& contexts);
@@ -54,10 +58,11 @@ struct MeasuredCloth {
   const ClothParameters* parameters;
   const ParticleState* state;
   Eigen::Vector3d origin_m;  // of its frame in that of its world
-  Measurements* measured;    // null: nobody asks
 };
 
 // What reports say of the contacts of one cloth, or of all of a world.
-void MeasureSelfContacts(const ContactSurface& surface, std::span<const MeasuredCloth> cloths);
+std::vector<self_contact::SelfContactMeasures> MeasureSelfContacts(
+    const ContactSurface& surface, std::span<const MeasuredCloth> cloths,
+    Interruption* interruption);
 
 }  // namespace drape::reference

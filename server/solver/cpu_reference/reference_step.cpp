@@ -6,6 +6,7 @@
 #include <span>
 #include <utility>
 
+#include "server/solver/cpu_reference/reference_energy.h"
 #include "server/solver/cpu_reference/reference_measure.h"
 #include "server/solver/cpu_reference/reference_parts.h"
 #include "server/solver/cpu_reference/reference_self_contacts.h"
@@ -268,66 +269,6 @@ StepPlan PlanOf(const ReferenceCloth& cloth, const ClothParameters& parameters) 
   return PlanStep(*cloth.model, parameters, LengthsOf(cloth), ScalarType::kFloat64);
 }
 
-// From the start of the step to its end, without what is held and what is stored.
-struct EnergyChange {
-  double start_kinetic_j = 0, gain_j = 0;
-};
-
-EnergyChange ChangeOfEnergy(const StepContext& context, const ReferenceCloth& cloth) {
-  const SceneModel& model = context.model;
-  const auto& [p, v] = cloth.state;
-  EnergyChange change;
-  for (uint32_t i = 0; i < model.particle_count(); ++i) {
-    if (context.w[i] == 0) continue;
-    const Vector3d& v_end = context.state.velocities_m_per_s[i];
-    const Vector3d way = context.state.positions_m[i] - p[i];
-    change.start_kinetic_j += model.masses_kg()[i] * v[i].squaredNorm() / 2;
-    change.gain_j += model.masses_kg()[i] * ((v_end - v[i]).dot(v_end + v[i]) / 2 -
-                                             context.parameters.gravity_m_per_s2.dot(way));
-  }
-  return change;
-}
-
-double StoredOf(const SceneModel& model, const EnergyLimit& limit, const ParticleState& state) {
-  const auto position_of = [&](uint32_t i) { return state.positions_m[i]; };
-  return StoredEnergy_j(model, limit.max_elastic_frequency_sq_per_s2, position_of);
-}
-
-bool MovesWhatItHolds(const StepContext& context, const ReferenceCloth& cloth) {
-  return std::ranges::any_of(context.held, [&](const Grip& held) {
-    return held.target_m != cloth.state.positions_m[held.particle];
-  });
-}
-
-// Together more than they may, for one may give energy to another, or no finite number. What is
-// held and moved does work.
-bool GainEnergy(const StepContexts& contexts, std::span<const SteppedReference> cloths,
-                std::span<const EnergyLimit> limits) {
-  if (!std::ranges::all_of(limits, &EnergyLimit::is_watched)) return false;
-  double gain_j = 0, allowed_j = 0;
-  bool is_held_moved = false;
-  for (size_t k = 0; k < cloths.size(); ++k) {
-    const EnergyChange change = ChangeOfEnergy(contexts[k], *cloths[k].cloth);
-    gain_j += change.gain_j;
-    allowed_j += limits[k].Allowed_j(change.start_kinetic_j);
-    is_held_moved = is_held_moved || MovesWhatItHolds(contexts[k], *cloths[k].cloth);
-  }
-  if (!std::isfinite(gain_j)) return true;
-  const bool looks_on = std::ranges::any_of(limits, &EnergyLimit::watches_stores);
-  if (is_held_moved || (gain_j <= allowed_j && !looks_on)) return false;
-  allowed_j = 0;
-  for (size_t k = 0; k < cloths.size(); ++k) {
-    const ReferenceCloth& cloth = *cloths[k].cloth;
-    double start_j = 0;  // stored
-    if (limits[k].has_stores) {
-      start_j = StoredOf(*cloth.model, limits[k], cloth.state);
-      gain_j += StoredOf(*cloth.model, limits[k], contexts[k].state) - start_j;
-    }
-    allowed_j += limits[k].Allowed_j(ChangeOfEnergy(contexts[k], cloth).start_kinetic_j, start_j);
-  }
-  return !std::isfinite(gain_j) || gain_j > allowed_j;
-}
-
 // The parameters of each cloth in its world.
 std::vector<ClothParameters> ParametersOf(std::span<const SteppedReference> cloths) {
   std::vector<ClothParameters> parameters;
@@ -349,7 +290,8 @@ using reference::PlanOf;
 
 struct ReferenceStep::UnderWay {
   UnderWay(std::span<const SteppedReference> cloths, std::span<const ClothParameters> parameters,
-           const ContactSurface* surface, uint32_t max_iterations, bool is_calmer) {
+           const ContactSurface* surface, uint32_t max_iterations, bool is_calmer,
+           Interruption* interruption) {
     bool may_cross = false;
     for (size_t k = 0; k < cloths.size(); ++k) {
       const ReferenceCloth& cloth = *cloths[k].cloth;
@@ -361,7 +303,7 @@ struct ReferenceStep::UnderWay {
       may_cross |= cloth.may_cross_itself;
     }
     progress.cloths.resize(cloths.size());
-    self_contacts.Begin(contexts, surface, may_cross);
+    self_contacts.Begin(contexts, surface, may_cross, interruption);
     for (size_t k = 0; k < cloths.size(); ++k) {
       starts_crossing.push_back(self_contacts.StartsCrossing(contexts, k));
     }
@@ -379,29 +321,33 @@ ReferenceStep::ReferenceStep(std::vector<SteppedReference> cloths,
     : cloths_(std::move(cloths)),
       surface_(std::move(surface)),
       max_iterations_(max_iterations),
-      parameters_(reference::ParametersOf(cloths_)) {
-  if (cloths_[0].cloth->fault != FaultReason::kNone) return;
-  under_way_ =
-      std::make_unique<UnderWay>(cloths_, parameters_, surface_.get(), max_iterations_, false);
-}
+      parameters_(reference::ParametersOf(cloths_)) {}
 
 ReferenceStep::~ReferenceStep() = default;
 
-std::optional<std::vector<StepReport>> ReferenceStep::Continue(const Pause& pause) {
+void ReferenceStep::Begin(bool is_calmer, Interruption* interruption) {
+  under_way_ = std::make_unique<UnderWay>(cloths_, parameters_, surface_.get(), max_iterations_,
+                                          is_calmer, interruption);
+}
+
+std::optional<std::vector<StepReport>> ReferenceStep::Continue(const Pause& pause,
+                                                               Interruption* interruption) {
   std::vector<StepReport> reports(cloths_.size());
-  if (under_way_ != nullptr) {
-    if (!reference::DoSubsteps(under_way_->contexts, under_way_->self_contacts,
-                               under_way_->progress, pause)) {
-      return std::nullopt;
-    }
-    if (!End(reports)) return Continue(pause);
+  if (cloths_[0].cloth->fault != FaultReason::kNone) {
+    for (size_t k = 0; k < cloths_.size(); ++k) reports[k].fault = cloths_[k].cloth->fault;
+    Measure(MeasureContacts(false, interruption), reports);
+    return reports;
   }
-  for (size_t k = 0; k < cloths_.size(); ++k) reports[k].fault = cloths_[k].cloth->fault;
-  Measure(reports);
+  if (under_way_ == nullptr) Begin(false, interruption);
+  if (!reference::DoSubsteps(under_way_->contexts, under_way_->self_contacts, under_way_->progress,
+                             pause)) {
+    return std::nullopt;
+  }
+  if (!End(reports, interruption)) return Continue(pause, interruption);
   return reports;
 }
 
-bool ReferenceStep::End(std::vector<StepReport>& reports) {
+bool ReferenceStep::End(std::vector<StepReport>& reports, Interruption* interruption) {
   reference::StepContexts& contexts = under_way_->contexts;
   std::vector<StepPlan> plans;
   std::vector<EnergyLimit> limits;
@@ -414,8 +360,7 @@ bool ReferenceStep::End(std::vector<StepReport>& reports) {
   if (!has_gained_energy_ && reference::GainEnergy(contexts, cloths_, limits)) {
     has_gained_energy_ = true;
     if (std::ranges::any_of(plans, HasCalmerScheme)) {
-      under_way_ =
-          std::make_unique<UnderWay>(cloths_, parameters_, surface_.get(), max_iterations_, true);
+      Begin(true, interruption);
       return false;
     }
   }
@@ -426,21 +371,22 @@ bool ReferenceStep::End(std::vector<StepReport>& reports) {
     report.warnings = plans[k].known_warnings;
     report.warnings.energy_gained = has_gained_energy_;
     report.warnings.starts_crossing = under_way_->starts_crossing[k];
+    report.warnings.contacts_given_up = under_way_->self_contacts.has_given_up();
     report.warnings.not_converged = !report.converged;
-    ReferenceCloth& cloth = *cloths_[k].cloth;
-    cloth.may_cross_itself =
-        under_way_->starts_crossing[k] || under_way_->self_contacts.has_failed();
-    cloth.fault = FindFault(contexts[k].state);
-    if (cloth.fault == FaultReason::kNone) cloth.fault = contexts[k].bodies.Fault();
-    is_good &= cloth.fault == FaultReason::kNone;
+    report.fault = FindFault(contexts[k].state);
+    if (report.fault == FaultReason::kNone) report.fault = contexts[k].bodies.Fault();
+    is_good &= report.fault == FaultReason::kNone;
   }
+  // The step may be dropped in here: nothing has changed yet.
+  const auto contacts = MeasureContacts(is_good, interruption);
   for (size_t k = 0; k < cloths_.size(); ++k) {
     ReferenceCloth& cloth = *cloths_[k].cloth;
-    if (!is_good) {
-      if (cloth.fault == FaultReason::kNone) cloth.fault = FaultReason::kInWorld;
-      continue;
-    }
     StepReport& report = reports[k];
+    if (!is_good && report.fault == FaultReason::kNone) report.fault = FaultReason::kInWorld;
+    cloth.fault = report.fault;
+    cloth.may_cross_itself =
+        under_way_->starts_crossing[k] || under_way_->self_contacts.has_failed();
+    if (!is_good) continue;
     const reference::StepContext& context = contexts[k];
     if (cloths_[k].asked.measure) {
       report.measured.max_residual_m = under_way_->progress.cloths[k].residual;
@@ -463,32 +409,40 @@ bool ReferenceStep::End(std::vector<StepReport>& reports) {
       cloth.parameters.collider_motions[body.collider] = body.motion;
     }
   }
+  Measure(contacts, reports);
   return true;
 }
 
-void ReferenceStep::Measure(std::vector<StepReport>& reports) const {
-  std::vector<reference::MeasuredCloth> with_contacts;
-  bool is_any_measured = false;
+std::vector<self_contact::SelfContactMeasures> ReferenceStep::MeasureContacts(
+    bool is_good, Interruption* interruption) const {
+  const bool is_asked =
+      std::ranges::any_of(cloths_, [](const auto& stepped) { return stepped.asked.measure; });
+  if (!is_asked || surface_ == nullptr) return {};
+  std::vector<reference::MeasuredCloth> measured;
+  for (size_t k = 0; k < cloths_.size(); ++k) {
+    const ParticleState& state = is_good ? under_way_->contexts[k].state : cloths_[k].cloth->state;
+    measured.push_back({&cloths_[k].cloth->parameters, &state, cloths_[k].origin_m});
+  }
+  return reference::MeasureSelfContacts(*surface_, measured, interruption);
+}
+
+void ReferenceStep::Measure(std::span<const self_contact::SelfContactMeasures> contacts,
+                            std::vector<StepReport>& reports) const {
   for (size_t k = 0; k < cloths_.size(); ++k) {
     const ReferenceCloth& cloth = *cloths_[k].cloth;
+    if (!cloths_[k].asked.measure) continue;
     Measurements& measured = reports[k].measured;
-    const bool is_measured = cloths_[k].asked.measure;
-    is_any_measured |= is_measured;
-    with_contacts.push_back(
-        {&cloth.parameters, &cloth.state, cloths_[k].origin_m, is_measured ? &measured : nullptr});
-    if (!is_measured) continue;
     const double residual_m = measured.max_residual_m;
     const double rms_motion_m = measured.rms_motion_m;
     measured =
         MeasureState(*cloth.model, cloth.parameters, cloth.state, cloth.rest_length_targets_m);
     measured.max_residual_m = residual_m;
     measured.rms_motion_m = rms_motion_m;
+    if (!contacts.empty()) Tell(contacts[k], measured);
     if (under_way_ == nullptr) continue;  // only a step has warnings
     reports[k].warnings.strain_beyond_limit =
         measured.max_strain > PlanOf(cloth, parameters_[k]).strain_limit;
   }
-  if (!is_any_measured || surface_ == nullptr) return;
-  reference::MeasureSelfContacts(*surface_, with_contacts);
 }
 
 StepReport StepReferenceCloth(ReferenceCloth& cloth, const AskedOfStep& asked,

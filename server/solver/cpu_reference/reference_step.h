@@ -4,10 +4,13 @@
 #include <cstdint>
 #include <memory>
 #include <optional>
+#include <span>
 #include <vector>
 
 #include "server/solver/cpu_reference/reference_cloth.h"
+#include "server/solver/interruption.h"
 #include "server/solver/pause.h"
+#include "server/solver/self_contact/crossing_search.h"
 #include "server/solver/step_report.h"
 
 namespace drape {
@@ -35,23 +38,31 @@ class ReferenceStep {
                 uint32_t max_iterations);
   ~ReferenceStep();
 
-  // Begins or goes on until `pause` is due; none: it paused, and the cloths are as before. Cloths
-  // that are faulted keep their state, and if one becomes so, all of them do. A report of each.
-  std::optional<std::vector<StepReport>> Continue(const Pause& pause);
+  // Begins or goes on until `pause` is due; none: it paused, and the cloths are as before, as they
+  // are if `interruption` throws StepDropped. That is the same in all calls; null: no stage is
+  // interrupted. Cloths that are faulted keep their state, and if one becomes so, all of them do. A
+  // report of each.
+  std::optional<std::vector<StepReport>> Continue(const Pause& pause,
+                                                  Interruption* interruption = nullptr);
 
  private:
   struct UnderWay;
 
+  void Begin(bool is_calmer, Interruption* interruption);
   // The end of all substeps; false: the step is to be done again by the calmer scheme.
-  bool End(std::vector<StepReport>& reports);
-  void Measure(std::vector<StepReport>& reports) const;
+  bool End(std::vector<StepReport>& reports, Interruption* interruption);
+  // Of the states that the step ends with. Empty: nobody asks, or nothing touches.
+  std::vector<self_contact::SelfContactMeasures> MeasureContacts(bool is_good,
+                                                                 Interruption* interruption) const;
+  void Measure(std::span<const self_contact::SelfContactMeasures> contacts,
+               std::vector<StepReport>& reports) const;
 
   const std::vector<SteppedReference> cloths_;
   const std::shared_ptr<const ContactSurface> surface_;
   const uint32_t max_iterations_;
   std::vector<ClothParameters> parameters_;  // of each in its world
   bool has_gained_energy_ = false;           // once: then it is done again by the calmer scheme
-  std::unique_ptr<UnderWay> under_way_;      // null: the cloths are faulted
+  std::unique_ptr<UnderWay> under_way_;      // null: it has not begun, or the cloths are faulted
 };
 
 // The whole step of one cloth at once.

@@ -27,9 +27,7 @@ void AddSelfContacts(const ContactSurface& surface, const ClothParameters& param
   const double thickness_m = SelfContactOf(parameters).thickness_m;
   const self_contact::SelfContactMeasures its =
       self_contact::MeasureSelfContacts(surface, thickness_m, InDouble(positions))[0];
-  measured.near_pairs = its.near_pairs;
-  measured.smallest_distance_m = its.smallest_distance_m;
-  measured.crossings = its.crossings;
+  Tell(its, measured);
 }
 
 }  // namespace drape

@@ -150,6 +150,7 @@ StepReport ToReport(const StepItem& item, const shader::ClothStatus& status, GlC
     report.converged = cloth.plan.tolerance == 0 || status.unconverged_substeps == 0;
     report.warnings = cloth.plan.known_warnings;
     report.warnings.starts_crossing = starts_crossing;
+    report.warnings.contacts_given_up = cloth.touches_itself() && status.contacts_given_up != 0;
     report.warnings.not_converged = !report.converged;
     report.warnings.energy_gained = has_gained || cloth.gain_response == GainResponse::kNotWatched;
   }

@@ -22,6 +22,8 @@ constexpr double kFarReach = 0.5;
 // No list is made for more than this many times the way that is left if all substeps of the step
 // are like this one [-]. Larger: pairs that are of no use; smaller: lists are made again.
 constexpr double kUsefulWay = 2;
+// So many pairs are copied without a break: some milliseconds.
+constexpr size_t kCopiedAtOnce = 16384;
 
 template <class V>
 V LoadFour(const ScalarOf<V>* numbers) {
@@ -222,6 +224,7 @@ void ContactLists<V>::Remake(uint32_t l, Real least_reach, const Window& window)
 
 template <class V>
 void ContactLists<V>::Append(uint32_t list, const CandidatePair<V>& candidate) {
+  if (pairs_.size() == pairs_.capacity()) Grow();
   ContactPair<V>& pair = pairs_.emplace_back();
   pair.particles = candidate.particles;
   pair.kind = candidate.kind;
@@ -231,6 +234,20 @@ void ContactLists<V>::Append(uint32_t list, const CandidatePair<V>& candidate) {
                                             [&](uint32_t i) { return (*is_crossing_)[i]; });
   wakes_.push_back(travels_[list] + std::max(candidate.distance - candidate.touch, Real{0}));
   lists_[list].least_room = std::min(lists_[list].least_room, Room(pair, {.guards = true}));
+}
+
+template <class V>
+void ContactLists<V>::Grow() {
+  std::vector<ContactPair<V>> larger;
+  larger.reserve(2 * pairs_.size() + 64);
+  for (size_t begin = 0; begin < pairs_.size(); begin += kCopiedAtOnce) {
+    const auto first = pairs_.begin() + static_cast<std::ptrdiff_t>(begin);
+    larger.insert(
+        larger.end(), first,
+        first + static_cast<std::ptrdiff_t>(std::min(kCopiedAtOnce, pairs_.size() - begin)));
+    if (begin > 0) budget_->Check();
+  }
+  pairs_.swap(larger);
 }
 
 template <class V>
@@ -249,8 +266,15 @@ void ContactLists<V>::Compact() {
   wakes_.swap(old_wakes_);
   pairs_.clear();
   wakes_.clear();
+  pairs_.reserve(live_pairs_);
+  wakes_.reserve(live_pairs_);
+  size_t next_check = kCopiedAtOnce;
   for (List& list : lists_) {
     const auto begin = static_cast<uint32_t>(pairs_.size());
+    if (begin >= next_check) {
+      next_check = begin + kCopiedAtOnce;
+      budget_->Check();
+    }
     for (uint32_t k = list.begin; k < list.end; ++k) {
       pairs_.push_back(old_pairs_[k]);
       wakes_.push_back(old_wakes_[k]);
@@ -258,6 +282,7 @@ void ContactLists<V>::Compact() {
     list.begin = begin;
     list.end = static_cast<uint32_t>(pairs_.size());
   }
+  if (old_pairs_.size() > kCopiedAtOnce) old_pairs_ = {};
 }
 
 template class ContactLists<Vector3f>;

@@ -100,6 +100,8 @@ class ContactLists {
   void Open(uint32_t list, Real end, const Window& window, std::span<const V> positions);
   void Remake(uint32_t list, Real least_reach, const Window& window);
   void Append(uint32_t list, const CandidatePair<V>& candidate);
+  // Makes room for more pairs.
+  void Grow();
   // The list is due at this travel, at the latest.
   void WakeAt(uint32_t list, Real travel);
   void Compact();

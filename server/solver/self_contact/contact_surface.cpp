@@ -68,15 +68,20 @@ ContactSurface::ContactSurface(const SceneModel& model)
   flat_sheet_ = self_contact::FlatSheet::Of(rest_positions_, triangles_);
 }
 
-ContactSurface::ContactSurface(std::span<const SurfaceMember> members) {
+ContactSurface::ContactSurface(std::span<const SurfaceMember> members, Interruption* interruption) {
+  const auto check = [interruption] {
+    if (interruption != nullptr) interruption->Check();
+  };
   neighbour_offsets_.push_back(0);
-  for (const SurfaceMember& member : members) Append(member);
+  for (const SurfaceMember& member : members) Append(member, check);
   FindCornersAround();
+  check();
   FindSurroundings();
+  check();
   JoinTrees(members);
 }
 
-void ContactSurface::Append(const SurfaceMember& member) {
+void ContactSurface::Append(const SurfaceMember& member, const std::function<void()>& check) {
   const ContactSurface& from = *member.surface;
   const auto size = [](const auto& list) { return static_cast<uint32_t>(list.size()); };
   const auto append = [](auto& list, const auto& more) {
@@ -95,14 +100,17 @@ void ContactSurface::Append(const SurfaceMember& member) {
   append(rest_positions_, from.rest_positions_);
   append(rest_heights_, from.rest_heights_);
   append(rest_boxes_, from.rest_boxes_);
+  check();
   for (const auto& [i, j, k] : from.triangles_) {
     triangles_.push_back({particle + i, particle + j, particle + k});
   }
   for (const auto& [i, j] : from.edges_) edges_.push_back({particle + i, particle + j});
+  check();
   append_from(patch_triangles_, from.patch_triangles_, triangle);
   append_from(patch_edges_, from.patch_edges_, edge);
   append_from(patch_vertices_, from.patch_vertices_, particle);
   append_from(patch_corners_, from.patch_corners_, particle);
+  check();
   for (ContactPatch its : from.patches_) {
     for (uint32_t* const place : {&its.triangle_begin, &its.triangle_end}) *place += patch_triangle;
     for (uint32_t* const place : {&its.edge_begin, &its.edge_end}) *place += patch_edge;
@@ -121,6 +129,7 @@ void ContactSurface::Append(const SurfaceMember& member) {
     }
     neighbour_offsets_.push_back(size(neighbours_));
   }
+  check();
 }
 
 // Halves of the members above their own trees; children come after their parents.

@@ -4,12 +4,14 @@
 #include <algorithm>
 #include <array>
 #include <cstdint>
+#include <functional>
 #include <optional>
 #include <span>
 #include <vector>
 
 #include "server/scene/made_per_model.h"
 #include "server/scene/scene_model.h"
+#include "server/solver/interruption.h"
 #include "server/solver/self_contact/closest_points.h"
 #include "server/solver/self_contact/flat_sheet.h"
 
@@ -57,7 +59,9 @@ class ContactSurface {
  public:
   explicit ContactSurface(const SceneModel& model);
   // That of several cloths, particle after particle in this order. Each of them touches the others.
-  explicit ContactSurface(std::span<const SurfaceMember> members);
+  // `interruption`: asked now and then; null: nobody is.
+  explicit ContactSurface(std::span<const SurfaceMember> members,
+                          Interruption* interruption = nullptr);
 
   uint32_t particle_count() const { return static_cast<uint32_t>(rest_positions_.size()); }
   // [particle_count] [m]
@@ -148,7 +152,7 @@ class ContactSurface {
   void FindSurroundings();
   void BuildTree();
   // The same for several.
-  void Append(const SurfaceMember& member);
+  void Append(const SurfaceMember& member, const std::function<void()>& check);
   void JoinTrees(std::span<const SurfaceMember> members);
 
   std::vector<self_contact::Vector3d> rest_positions_;

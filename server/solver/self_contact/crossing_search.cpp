@@ -17,6 +17,9 @@ class CrossingSearch {
   CrossingSearch(const ContactSurface& surface, std::span<const Vector3d> positions_m,
                  SearchBudget& budget, const Found& found)
       : surface_(surface), positions_(positions_m), budget_(budget), found_(found) {
+    patches_.reserve(surface.patches().size());
+    edges_.reserve(surface.edges().size());
+    triangles_.reserve(surface.triangles().size());
     for (const ContactPatch& patch : surface.patches()) {
       patches_.push_back(BoxOf(surface.corners_of(patch)));
     }
@@ -39,7 +42,8 @@ class CrossingSearch {
   }
 
  private:
-  Box<Vector3d> BoxOf(std::span<const uint32_t> particles) const {
+  Box<Vector3d> BoxOf(std::span<const uint32_t> particles) {
+    budget_.Take(particles.size());
     Box<Vector3d> box;
     for (const uint32_t i : particles) box.Add(positions_[i]);
     return box;
@@ -140,16 +144,23 @@ std::vector<bool> FlagCrossings(const ContactSurface& surface,
   return flags;
 }
 
+void Tell(const SelfContactMeasures& its, Measurements& measured) {
+  measured.near_pairs = its.near_pairs;
+  measured.smallest_distance_m = its.smallest_distance_m;
+  measured.crossings = its.crossings;
+}
+
 std::vector<SelfContactMeasures> MeasureSelfContacts(const ContactSurface& surface,
                                                      const Thicknesses<double>& thicknesses,
-                                                     std::span<const Vector3d> positions_m) {
+                                                     std::span<const Vector3d> positions_m,
+                                                     Interruption* interruption) {
   std::vector<SelfContactMeasures> measures(surface.member_count());
   // What two cloths have counts for both.
   const auto count = [&](uint32_t member, uint32_t other, const auto& add) {
     add(measures[member]);
     if (other != member) add(measures[other]);
   };
-  SearchBudget crossing_budget = ReportBudget(surface);
+  SearchBudget crossing_budget = ReportBudget(surface, interruption);
   SearchCrossings(surface, positions_m, crossing_budget, [&](const Crossing& crossing) {
     count(surface.member_of_particle(surface.edges()[crossing.edge][0]),
           surface.member_of_particle(surface.triangles()[crossing.triangle][0]),
@@ -165,7 +176,7 @@ std::vector<SelfContactMeasures> MeasureSelfContacts(const ContactSurface& surfa
   const std::vector<Vector3d> at_rest(positions_m.size());
   PatchSearch<Vector3d> patch_search;
   std::vector<PatchPair> patches;
-  SearchBudget budget = ReportBudget(surface);
+  SearchBudget budget = ReportBudget(surface, interruption);
   patch_search.Find(surface, {positions_m, at_rest}, search.most, budget, patches);
   PairSearch<Vector3d> pair_search;
   std::vector<CandidatePair<Vector3d>> pairs;

@@ -7,6 +7,7 @@
 
 #include "server/solver/self_contact/contact_surface.h"
 #include "server/solver/self_contact/search_budget.h"
+#include "server/solver/step_report.h"
 
 namespace drape::self_contact {
 
@@ -27,8 +28,9 @@ std::vector<Crossing> FindCrossings(const ContactSurface& surface,
 std::vector<bool> FlagCrossings(const ContactSurface& surface,
                                 std::span<const Vector3d> positions_m, SearchBudget budget);
 inline std::vector<bool> FlagCrossings(const ContactSurface& surface,
-                                       std::span<const Vector3d> positions_m) {
-  return FlagCrossings(surface, positions_m, ReportBudget(surface));
+                                       std::span<const Vector3d> positions_m,
+                                       Interruption* interruption = nullptr) {
+  return FlagCrossings(surface, positions_m, ReportBudget(surface, interruption));
 }
 
 // Pairs count as near up to this many thicknesses [-].
@@ -41,10 +43,14 @@ struct SelfContactMeasures {
   uint32_t crossings = 0;
 };
 
+// What a report says of them.
+void Tell(const SelfContactMeasures& its, Measurements& measured);
+
 // For the report of each cloth, [member_count]; a pair of two cloths counts for both. Pairs that
 // are as near in the rest shape do not count as near.
 std::vector<SelfContactMeasures> MeasureSelfContacts(const ContactSurface& surface,
                                                      const Thicknesses<double>& thicknesses,
-                                                     std::span<const Vector3d> positions_m);
+                                                     std::span<const Vector3d> positions_m,
+                                                     Interruption* interruption = nullptr);
 
 }  // namespace drape::self_contact

@@ -37,8 +37,9 @@ bool PlanarGuard<V>::IsApart(ContactPair<V>& pair, const Motion& motion) const {
 template <class V>
 bool PlanarGuard<V>::Run(std::span<ContactPair<V>> pairs, std::span<const uint32_t> active,
                          std::span<const Real> ways, const Motion& motion,
-                         const HeldPulls<V>& pulls) {
+                         const HeldPulls<V>& pulls, Interruption* interruption) {
   pulls_ = pulls;
+  interruption_ = interruption;
   suspects_.clear();
   has_changed_ = false;
   for (size_t place = 0; place < active.size(); ++place) {
@@ -57,9 +58,11 @@ bool PlanarGuard<V>::Run(std::span<ContactPair<V>> pairs, std::span<const uint32
 template <class V>
 bool PlanarGuard<V>::PushApart(std::span<ContactPair<V>> pairs, const Motion& motion) {
   bool has_found = false;
+  SeldomInterruption interruption(interruption_);
   for (int round = 0; round < kPushRounds; ++round) {
     bool has_pushed = false;
     for (const uint32_t k : suspects_) {
+      interruption.Check();
       ContactPair<V>& pair = pairs[k];
       if (IsApart(pair, motion)) continue;
       has_found = true;
@@ -126,10 +129,12 @@ bool PlanarGuard<V>::StopInZones(std::span<ContactPair<V>> pairs, std::span<cons
   zones_.resize(particles);
   shares_.resize(particles);
   pushes_.resize(particles);
+  SeldomInterruption interruption(interruption_);
   // Stopping moves other pairs, also such that were not suspect.
   for (int round = 0; round < kMaxZoneRounds; ++round) {
     const size_t before = stopped_.size();
     for (size_t place = 0; place < active.size(); ++place) {
+      interruption.Check();
       ContactPair<V>& pair = pairs[active[place]];
       if (has_planes_[place] || pair.is_left_alone || IsApart(pair, motion)) continue;
       has_planes_[place] = true;

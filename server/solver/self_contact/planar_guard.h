@@ -44,7 +44,8 @@ class PlanarGuard {
   // moves at most relative to one of the other [m]. False: pins have forced some pair through
   // itself. What a zone loses to its pins is shared equally among them.
   bool Run(std::span<ContactPair<V>> pairs, std::span<const uint32_t> active,
-           std::span<const Real> ways, const Motion& motion, const HeldPulls<V>& pulls = {});
+           std::span<const Real> ways, const Motion& motion, const HeldPulls<V>& pulls = {},
+           Interruption* interruption = nullptr);
   // Whether the last Run changed any end.
   bool has_changed() const { return has_changed_; }
 
@@ -74,6 +75,7 @@ class PlanarGuard {
   void Join(const ContactPair<V>& pair);
 
   HeldPulls<V> pulls_;
+  Interruption* interruption_ = nullptr;
   bool has_changed_ = false;
   std::vector<uint32_t> suspects_;  // pairs
   std::vector<uint32_t> stopped_;   // pairs with planes

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cstddef>
 
+#include "server/solver/interruption.h"
 #include "server/solver/self_contact/contact_surface.h"
 
 namespace drape::self_contact {
@@ -13,13 +14,33 @@ namespace drape::self_contact {
 // counted, not timed, so a step does not depend on the machine. One thread.
 class SearchBudget {
  public:
-  explicit SearchBudget(size_t looks) : left_(looks) {}
+  // `interruption`: asked now and then; null: nobody is.
+  explicit SearchBudget(size_t looks, Interruption* interruption = nullptr)
+      : left_(looks), interruption_(interruption) {
+    SetNextCheck();
+  }
 
-  void Take(size_t looks) { left_ -= std::min(looks, left_); }
+  void Take(size_t looks) {
+    left_ -= std::min(looks, left_);
+    if (left_ < next_check_) Check();
+  }
   bool is_spent() const { return left_ == 0; }
+  // Asks now, where something takes long that nothing is looked at for.
+  void Check() {
+    SetNextCheck();
+    if (interruption_ != nullptr) interruption_->Check();
+  }
 
  private:
+  static constexpr size_t kBetweenChecks = size_t{1} << 20;  // a millisecond
+
+  void SetNextCheck() {
+    next_check_ = interruption_ == nullptr ? 0 : left_ - std::min(left_, kBetweenChecks);
+  }
+
   size_t left_;
+  size_t next_check_;  // when less is left
+  Interruption* interruption_;
 };
 
 // One look is what two boxes cost that are not near each other, about 1 ns. In looks:
@@ -30,16 +51,20 @@ inline constexpr size_t kExactLooks = 256;    // a sign of that which rounding h
 
 // Of the searches of one substep: more than cloth in a heap needs
 // (tests/bench/notes/self_contact.md).
-inline SearchBudget SubstepBudget(const ContactSurface& surface) {
+inline SearchBudget SubstepBudget(const ContactSurface& surface,
+                                  Interruption* interruption = nullptr) {
   constexpr size_t kOfSmallCloth = size_t{1} << 26, kPerParticle = 32768;
-  return SearchBudget(std::max(kOfSmallCloth, kPerParticle * surface.particle_count()));
+  return SearchBudget(std::max(kOfSmallCloth, kPerParticle * surface.particle_count()),
+                      interruption);
 }
 
 // Of a search for crossings, once a step where something may cross; and of each of the two searches
 // for a report.
-inline SearchBudget ReportBudget(const ContactSurface& surface) {
+inline SearchBudget ReportBudget(const ContactSurface& surface,
+                                 Interruption* interruption = nullptr) {
   constexpr size_t kOfSmallCloth = size_t{1} << 26, kPerParticle = 4096;
-  return SearchBudget(std::max(kOfSmallCloth, kPerParticle * surface.particle_count()));
+  return SearchBudget(std::max(kOfSmallCloth, kPerParticle * surface.particle_count()),
+                      interruption);
 }
 
 }  // namespace drape::self_contact

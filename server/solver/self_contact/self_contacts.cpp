@@ -19,11 +19,6 @@ constexpr double kDriftFall = DRAPE_CONTACT_DRIFT_FALL;
 // this many times more each, and at most for so many times as much [-].
 constexpr double kDriftGrowth = 2;
 constexpr double kMaxDriftScale = 8;
-// More pairs than this per particle are not looked at, but all particles move alike [-].
-constexpr size_t kMostPairsPerParticle = 200;
-// Nor are more than this in all [-]: a pair takes a hundred bytes, and lists that are made anew
-// leave as many behind. Of cloths above 42 000 particles.
-constexpr size_t kMostPairs = size_t{1} << 23;
 // The way of a substep is expected to be this many times that of the one before [-]. Larger: more
 // pairs are looked at; smaller: pairs are found too late for impulses, and the guard has to push.
 constexpr double kWayMargin = 1.25;
@@ -53,18 +48,19 @@ bool SelfContacts<V>::Begin(const ContactSurface& surface, const StepNumbers<V>&
   drift_scale_ = 1;
   has_found_nothing_ = true;
   given_up_ = 0;
+  has_given_up_ = false;
   is_crossing_.clear();
   active_.clear();
   active_lists_.clear();
   impulses_.Begin(surface, numbers_);
   lists_.Begin(surface, numbers.thicknesses, numbers.edge_length, is_crossing_,
-               std::min(kMostPairsPerParticle * surface.particle_count(), kMostPairs), budget_);
+               MostPairs(surface.particle_count()), budget_);
   normal_substeps_ = 1 + static_cast<uint32_t>(static_cast<Real>(kNormalAge_s) / substep_s_);
   if (!may_cross) return false;
   std::vector<Vector3d> exact;
   for (const V& p : positions)
     exact.push_back(Vector3d{double{p[0]}, double{p[1]}, double{p[2]}, 0});
-  is_crossing_ = FlagCrossings(surface, exact);
+  is_crossing_ = FlagCrossings(surface, exact, numbers.interruption);
   return !is_crossing_.empty();
 }
 
@@ -74,7 +70,7 @@ std::optional<typename SelfContacts<V>::Expectation> SelfContacts<V>::ExpectNoth
     std::span<const V> velocities) {
   Begin(surface, numbers, false, positions);
   substep_ = 1;
-  budget_ = SubstepBudget(surface);
+  budget_ = SubstepBudget(surface, numbers.interruption);
   Search(positions, Smoothed(velocities), numbers.substeps);
   if (!has_found_nothing_) return std::nullopt;
   return Expectation{found_velocities_, drift_, substep_s_};
@@ -83,7 +79,7 @@ std::optional<typename SelfContacts<V>::Expectation> SelfContacts<V>::ExpectNoth
 template <class V>
 void SelfContacts<V>::Find(std::span<const V> positions, std::span<const V> velocities) {
   ++substep_;
-  budget_ = SubstepBudget(*surface_);
+  budget_ = SubstepBudget(*surface_, numbers_.interruption);
   hardest_hit_ = 0;
   for (const uint32_t k : active_) lists_.pairs()[k].is_active = false;
   active_.clear();
@@ -245,7 +241,9 @@ void SelfContacts<V>::LookAtDue(std::span<const V> starts) {
 template <class V>
 void SelfContacts<V>::FindNormalsOf(PairKind kind, std::span<const V> starts) {
   std::span<ContactPair<V>* const> pairs = turned_[static_cast<size_t>(kind)];
+  SeldomInterruption interruption(numbers_.interruption);
   while (!pairs.empty()) {
+    interruption.Check();
     const auto some = pairs.first(std::min(pairs.size(), kPairsSideBySide));
     const uint32_t are_apart = FindNormals(starts.data(), numbers_.inverse_masses, kind, some);
     for (size_t k = 0; k < some.size(); ++k) {
@@ -261,7 +259,9 @@ bool SelfContacts<V>::Solve(const V* starts, const V* base, V* u, Real interval,
                             Real least_change) {
   bool has_changed = false;
   hardest_hit_ = 0;
+  SeldomInterruption interruption(numbers_.interruption);
   for (const uint32_t k : active_) {
+    interruption.Check();
     ContactPair<V>& pair = lists_.pairs()[k];
     if (pair.is_left_alone || pair.inverse_mass == 0) continue;
     const Real squared_change = impulses_.Push(pair, {starts, base, u, interval});
@@ -311,7 +311,8 @@ bool SelfContacts<V>::Guard(const typename PlanarGuard<V>::Motion& motion) {
       active_ways_.push_back(list == ContactLists<V>::kGone ? std::numeric_limits<Real>::max()
                                                             : lists_.way(list));
     }
-    is_apart = guard_.Run(lists_.pairs(), active_, active_ways_, motion, numbers_.pulls);
+    is_apart = guard_.Run(lists_.pairs(), active_, active_ways_, motion, numbers_.pulls,
+                          numbers_.interruption);
     if (!guard_.has_changed() && !has_drifted) break;
   }
   given_up_ = 0;
@@ -323,6 +324,7 @@ bool SelfContacts<V>::Guard(const typename PlanarGuard<V>::Motion& motion) {
 // All particles move alike, or not at all beside pins: nothing passes through anything.
 template <class V>
 bool SelfContacts<V>::GuardFar(const typename PlanarGuard<V>::Motion& motion) {
+  has_given_up_ = true;
   V way{}, velocity{};
   Real mass = 0;
   Real pins = 0;

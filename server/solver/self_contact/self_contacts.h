@@ -3,6 +3,7 @@
 // single or double precision.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <optional>
 #include <span>
@@ -24,6 +25,22 @@ namespace drape::self_contact {
 // next substep. Larger: cloth is strained where layers hit each other; smaller: time.
 inline constexpr double kHardHit = 1e-2;
 inline constexpr uint32_t kHitSweeps = 2;
+
+// Where there are more pairs, all particles move alike.
+inline size_t MostPairs(size_t particles) {
+  constexpr size_t kPerParticle = 200;
+  // Of cloths above 42 000 particles: MostBytes.
+  constexpr size_t kInAll = size_t{1} << 23;
+  return std::min(kPerParticle * particles, kInAll);
+}
+
+// What pairs take in a step at most, and about [bytes]: those that lists have, as many that they no
+// longer have, and the copy of some while there are ever more
+// (tests/bench/notes/self_contact.md).
+template <class V>
+uint64_t MostBytes(size_t particles) {
+  return 5 * sizeof(ContactPair<V>) * MostPairs(particles) / 2;
+}
 
 // Working memory between steps; a step depends on its arguments alone. One thread.
 template <class V>
@@ -68,6 +85,9 @@ class SelfContacts {
 
   // Of particles of edges and triangles that crossed when the step began; empty: none did.
   const std::vector<bool>& is_crossing() const { return is_crossing_; }
+  // Whether all particles have moved alike in some substep of the step, since contacts were too
+  // many or searches found no end.
+  bool has_given_up() const { return has_given_up_; }
   // Of the substep, those that were near.
   std::span<const uint32_t> active() const { return active_; }
 
@@ -115,6 +135,7 @@ class SelfContacts {
   bool has_found_nothing_ = false;
   bool has_all_patches_ = true;
   bool has_all_pairs_ = true;
+  bool has_given_up_ = false;
   int given_up_ = 0;  // substeps, one after the other, of which not all pairs were found
   Real drift_scale_ = 1;
   Real drift_ = 0;  // that it allows for [m]

@@ -29,6 +29,7 @@ struct StepNumbers {
   bool has_two_steps = false;
   std::span<const Real> inverse_masses;  // [particle_count] [1/kg]
   HeldPulls<V> pulls{};
+  Interruption* interruption = nullptr;  // of stages that take long; null: nobody is asked
 };
 
 }  // namespace drape::self_contact

@@ -275,7 +275,6 @@ bool DoSubsteps(SteppedCloths cloths, StepProgress& progress, const Pause& pause
       warnings.starts_crossing = StartsCrossing(cloths, k);
     }
     progress.has_begun = true;
-    if (MayTouch(cloths) && pause.IsDue()) return false;
   }
   const uint32_t substeps = cloths[0].context.controls.plan.schedule.size();
   while (progress.substep < substeps) {
@@ -288,9 +287,7 @@ bool DoSubsteps(SteppedCloths cloths, StepProgress& progress, const Pause& pause
       }
     }
     if (!Advance(cloths, progress, pause)) return false;
-    // What a report finds of contacts may take long: it has a piece of its own.
-    const bool may_pause = ++progress.substep < substeps || MayTouch(cloths);
-    if (may_pause && pause.IsDue()) return false;
+    if (++progress.substep < substeps && pause.IsDue()) return false;
   }
   return true;
 }
@@ -315,6 +312,7 @@ StepContext CalmerContext(const StepContext& context) {
   calmer.asks_for_impulses = context.asks_for_impulses;
   calmer.colliders = context.colliders;
   calmer.edges = context.edges;
+  calmer.interruption = context.interruption;
   return calmer;
 }
 
@@ -347,6 +345,7 @@ Ending End(SteppedCloths cloths, StepProgress& progress) {
   for (size_t k = 0; k < cloths.size(); ++k) {
     StepReport& report = progress.cloths[k].report;
     report.warnings.energy_gained |= progress.is_calmer;
+    report.warnings.contacts_given_up = GaveContactsUp(cloths);
     if (report.fault != FaultReason::kNone) continue;
     report.impulses = impulses[k];
     const Bodies& bodies = cloths[k].context.scratch.bodies;

@@ -143,7 +143,8 @@ self_contact::StepNumbers<Vec4> NumbersOf(SteppedCloths cloths) {
           .substeps = controls.plan.schedule.size(),
           .has_two_steps = controls.plan.solver.has_two_steps,
           .inverse_masses = InverseMasses(cloths, memory.world.inverse_masses),
-          .pulls = {memory.pulls, memory.pulls_in_memory}};
+          .pulls = {memory.pulls, memory.pulls_in_memory},
+          .interruption = cloths[0].context.interruption};
 }
 
 // Positions at the start of the substep.
@@ -197,6 +198,10 @@ bool StartsCrossing(SteppedCloths cloths, size_t index) {
   const auto begin = is_crossing.begin() + ParticlesOf(cloths.first(index));
   const auto end = begin + cloths[index].context.model.particle_count;
   return std::find(begin, end, true) != end;
+}
+
+bool GaveContactsUp(SteppedCloths cloths) {
+  return MayTouch(cloths) && MemoryOf(cloths).contacts.has_given_up();
 }
 
 void FindSelfContacts(SteppedCloths cloths) {

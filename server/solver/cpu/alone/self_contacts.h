@@ -40,6 +40,8 @@ bool FoundNoContacts(const StepScratch& scratch);
 void BeginSelfContacts(SteppedCloths cloths);
 // Whether parts of a cloth, the `index`th, crossed something when the step began.
 bool StartsCrossing(SteppedCloths cloths, size_t index);
+// Whether the step under way gave contacts up in some substep (StepWarnings).
+bool GaveContactsUp(SteppedCloths cloths);
 // Whether anything of them may touch itself or another one of them.
 bool MayTouch(SteppedCloths cloths);
 // After the prediction.

@@ -117,8 +117,8 @@ bool GainEnergy(std::span<const EndingCloth> cloths) {
   return !std::isfinite(gain_j) || gain_j > allowed_j;
 }
 
-// The new states replace the old ones unless one has blown up.
-void Commit(std::span<const EndingCloth> cloths) {
+// Whether none has one.
+bool FindFaults(std::span<const EndingCloth> cloths) {
   bool is_good = true;
   for (const EndingCloth& cloth : cloths) {
     cloth.report.fault = cloth.may_have_fault ? FindFault(cloth.context) : FaultReason::kNone;
@@ -128,12 +128,22 @@ void Commit(std::span<const EndingCloth> cloths) {
     is_good &= cloth.report.fault == FaultReason::kNone;
   }
   for (const EndingCloth& cloth : cloths) {
-    if (is_good) {
-      std::swap(cloth.state, cloth.context.scratch.state);
-    } else if (cloth.report.fault == FaultReason::kNone) {
+    if (!is_good && cloth.report.fault == FaultReason::kNone) {
       cloth.report.fault = FaultReason::kInWorld;
     }
   }
+  return is_good;
+}
+
+// Of the states that the step ends with. Empty: nobody asks.
+std::vector<self_contact::SelfContactMeasures> MeasureContacts(std::span<const EndingCloth> cloths,
+                                                               bool is_good) {
+  if (std::ranges::none_of(cloths, &EndingCloth::measure)) return {};
+  std::vector<MeasuredCloth> measured;
+  for (const EndingCloth& cloth : cloths) {
+    measured.push_back({cloth.context, is_good ? cloth.context.scratch.state : cloth.state});
+  }
+  return MeasureSelfContacts(measured);
 }
 
 }  // namespace
@@ -152,20 +162,17 @@ Ending Finish(std::span<const EndingCloth> cloths) {
     if (gain_energy) cloth.report.warnings.energy_gained = true;
     cloth.report.warnings.not_converged = !cloth.report.converged;
   }
-  Commit(cloths);
-  for (const EndingCloth& cloth : cloths) {
+  const bool is_good = FindFaults(cloths);
+  // The step may be dropped in here: nothing has changed yet.
+  const auto contacts = MeasureContacts(cloths, is_good);
+  for (size_t k = 0; k < cloths.size(); ++k) {
+    const EndingCloth& cloth = cloths[k];
+    if (is_good) std::swap(cloth.state, cloth.context.scratch.state);
     if (!cloth.measure) continue;
     cloth.report.measured = Measure(cloth.context, cloth.state, cloth.report.fault);
     cloth.report.warnings.strain_beyond_limit =
         cloth.report.measured.max_strain > cloth.context.controls.plan.strain_limit;
-  }
-  if (any([](const EndingCloth& cloth) { return cloth.measure; })) {
-    std::vector<MeasuredCloth> measured;
-    for (const EndingCloth& cloth : cloths) {
-      measured.push_back(
-          {cloth.context, cloth.state, cloth.measure ? &cloth.report.measured : nullptr});
-    }
-    MeasureSelfContacts(measured);
+    if (!contacts.empty()) Tell(contacts[k], cloth.report.measured);
   }
   return Ending::kDone;
 }

@@ -215,9 +215,10 @@ Measurements Measure(const StepContext& context, const FloatState& state, FaultR
   return measured;
 }
 
-void MeasureSelfContacts(std::span<const MeasuredCloth> cloths) {
+std::vector<self_contact::SelfContactMeasures> MeasureSelfContacts(
+    std::span<const MeasuredCloth> cloths) {
   const ContactSurface* const surface = cloths[0].context.contact_surface;
-  if (surface == nullptr) return;
+  if (surface == nullptr) return {};
   std::vector<self_contact::Vector3d> positions;
   std::vector<double> thicknesses_m;
   for (const MeasuredCloth& cloth : cloths) {
@@ -228,14 +229,9 @@ void MeasureSelfContacts(std::span<const MeasuredCloth> cloths) {
     }
     thicknesses_m.push_back(cloth.context.controls.contact.thickness_m);
   }
-  const auto measures = self_contact::MeasureSelfContacts(
-      *surface, {std::ranges::max(thicknesses_m), thicknesses_m}, positions);
-  for (size_t k = 0; k < cloths.size(); ++k) {
-    if (cloths[k].measured == nullptr) continue;
-    cloths[k].measured->near_pairs = measures[k].near_pairs;
-    cloths[k].measured->smallest_distance_m = measures[k].smallest_distance_m;
-    cloths[k].measured->crossings = measures[k].crossings;
-  }
+  return self_contact::MeasureSelfContacts(*surface,
+                                           {std::ranges::max(thicknesses_m), thicknesses_m},
+                                           positions, cloths[0].context.interruption);
 }
 
 }  // namespace drape::cpu

@@ -4,6 +4,7 @@
 #include <span>
 
 #include "server/solver/cpu/step/step_context.h"
+#include "server/solver/self_contact/crossing_search.h"
 #include "server/solver/step_report.h"
 
 namespace drape::cpu {
@@ -18,11 +19,11 @@ Measurements Measure(const StepContext& context, const FloatState& state, FaultR
 struct MeasuredCloth {
   const StepContext& context;
   const FloatState& state;
-  Measurements* measured;  // null: nobody asks
 };
 
 // What there is to tell of the contacts of cloths with themselves and with each other: of one
-// cloth, or of all of a world in its order.
-void MeasureSelfContacts(std::span<const MeasuredCloth> cloths);
+// cloth, or of all of a world in its order. Empty: they touch nothing.
+std::vector<self_contact::SelfContactMeasures> MeasureSelfContacts(
+    std::span<const MeasuredCloth> cloths);
 
 }  // namespace drape::cpu

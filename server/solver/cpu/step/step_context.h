@@ -18,6 +18,7 @@
 #include "server/solver/cpu/step/impulse_sums.h"
 #include "server/solver/cpu/step/refine.h"
 #include "server/solver/cpu/step/step_team.h"
+#include "server/solver/interruption.h"
 #include "server/solver/substep_schedule.h"
 
 namespace drape {
@@ -165,7 +166,8 @@ struct StepContext {
   bool may_cross_itself = true;    // parts of the cloth may cross something when the step begins
   bool asks_for_impulses = false;  // StepReport::impulses
   std::span<const Collider> colliders{};
-  EdgesOfStep edges{};  // if there are surface parts
+  EdgesOfStep edges{};                   // if there are surface parts
+  Interruption* interruption = nullptr;  // of stages that take long; null: nobody is asked
 
   // Whether collider k is a rigid body.
   bool IsBody(size_t k) const { return controls.has_bodies && colliders[k].is_body(); }

@@ -64,7 +64,7 @@ bool StepTeam::Do(const Work& work) {
   const uint32_t members = member_count();
   const size_t most = std::min(members * kRangesPerMember, kMaxRanges);
   const size_t range_count = std::min((count + work.grain - 1) / work.grain, most);
-  if (members == 1 || range_count < 2) {
+  if (members == 1 || range_count < 2 || is_closed()) {
     return count > 0 && work.call(work.object, work.begin, work.end, 0);
   }
   const size_t range_size = (count + range_count - 1) / range_count;

@@ -44,7 +44,7 @@ class StepTeam {
   // By another thread: takes part until the team is closed. Returns at once where it is closed or
   // has all its members.
   void Join();
-  // By the leader: those in Join return. Nothing may be done afterwards.
+  // By the leader, or while it does nothing: those in Join return. Afterwards the leader is alone.
   void Close();
   bool is_closed() const { return stage_.load(std::memory_order_acquire) == kClosed; }
 
@@ -84,6 +84,14 @@ class StepTeam {
   alignas(128) std::atomic<uint32_t> stage_{0};
   alignas(128) std::atomic<size_t> ranges_done_{0};  // of this stage
   std::atomic<bool> any_{false};                     // of this stage
+};
+
+// Closes a team when its leader goes, in whatever way. Null: there is none.
+struct TeamLead {
+  StepTeam* const team;
+  ~TeamLead() {
+    if (team != nullptr) team->Close();
+  }
 };
 
 }  // namespace drape::cpu

@@ -1,0 +1,17 @@
+// Whether a step has gained energy.
+#pragma once
+
+#include <span>
+
+#include "server/solver/cpu_reference/reference_self_contacts.h"
+#include "server/solver/cpu_reference/reference_step.h"
+#include "server/solver/energy_watch.h"
+
+namespace drape::reference {
+
+// Whether all cloths together have gained more than they may, for one may give energy to another,
+// or no finite number. What is held and moved does work.
+bool GainEnergy(const StepContexts& contexts, std::span<const SteppedReference> cloths,
+                std::span<const EnergyLimit> limits);
+
+}  // namespace drape::reference
