@@ -370,7 +370,10 @@ class Replay {
   // than others. Those that now are as in the target are kept for CompareHeld.
   void Hold(const Operation& operation, std::set<Mark>& held) {
     for (const Mark& mark : operation.cloths) {
-      if (!IsLikeTarget(mark) || !held.insert(mark).second) continue;
+      if (!IsLikeTarget(mark)) continue;
+      // A cloth that faults looks afterwards as it did before: its whole tells.
+      const bool is_first = held.insert(mark).second;
+      if (!is_first && Look(session_).photo.at(mark) != target_.at(mark)) continue;
       v1::SaveStatesRequest save;
       save.set_name(HeldName(mark));
       save.add_cloth_ids(ids_.at(mark));

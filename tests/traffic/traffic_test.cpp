@@ -11,7 +11,9 @@
 #include <iterator>
 #include <optional>
 
+#include "tests/system/server_process.h"
 #include "tests/traffic/checks.h"
+#include "tests/traffic/sight.h"
 #include "tests/traffic/traffic.h"
 
 namespace drape::test {
@@ -256,6 +258,63 @@ TEST_F(Traffic, WhatIsHeldAtTheEndAndIdsGivenTwiceAreFound) {
   EXPECT_THAT(verdict.findings, Contains(HasSubstr("drape_cloths is 1")));
   EXPECT_THAT(verdict.findings, Contains(HasSubstr("the shared cloth went")));
   EXPECT_THAT(verdict.findings, Contains(HasSubstr("was given twice")));
+}
+
+// A sheet of an environment whose name is the mark.
+v1::CreateClothsRequest SheetOf(const Mark& mark, double gravity_m_per_s2) {
+  v1::CreateClothsRequest creation;
+  v1::Grid& grid = *creation.mutable_spec()->mutable_grid();
+  grid.set_columns(3);
+  grid.set_rows(3);
+  grid.set_width_m(1);
+  grid.set_height_m(1);
+  auto& gravity = *creation.mutable_spec()->mutable_environment()->mutable_gravity_m_per_s2();
+  for (const double component : {0.0, -gravity_m_per_s2, 0.0}) gravity.Add(component);
+  creation.set_count(1);
+  SetOrigin(mark, creation.mutable_environment_origins_m());
+  return creation;
+}
+
+// A cloth that faults in a step looks afterwards as it did before, and yet is not as it was. A
+// server that ends then may have kept either.
+TEST(TrafficReplay, KnowsAClothThatFaultsBeforeAndAfterItsStep) {
+  constexpr Mark kGood{1, 1}, kFaults{1, 2};
+  ServerProcess server({"--backend=cpu"});
+  ASSERT_TRUE(server.WaitUntilUp());
+  const Client client = Client::Connect(server.Address());
+  Session shared = client.CreateSession(), session = client.CreateSession();
+  TrafficHistory history;
+  history.shared_session = shared.name();
+  history.shared_creation = SheetOf({}, 9.8);
+  (void)shared.CreateCloths(history.shared_creation);
+  std::vector<Operation> operations;
+  v1::StepRequest step;
+  step.set_steps(1);
+  for (const auto& [mark, gravity] : {std::pair(kGood, 9.8), std::pair(kFaults, 1e11)}) {
+    Operation& creation = operations.emplace_back();
+    creation.kind = Kind::kCreate;
+    creation.cloths = {mark};
+    creation.creation = SheetOf(mark, gravity);
+    creation.is_acknowledged = true;
+    step.add_cloth_ids(session.CreateCloths(creation.creation).cloth_ids(0));
+  }
+  Operation& stepping = operations.emplace_back();
+  stepping.kind = Kind::kStep;
+  stepping.cloths = {kGood, kFaults};
+  stepping.step = step;
+  history.runs = {{.incarnation = "only", .began = {{session.name(), {}}}}};
+  history.runs[0].began[shared.name()] = Look(shared).photo;
+  WorkerHistory& worker = history.workers.emplace_back();
+  worker.worker = 1;
+  worker.session = session.name();
+  worker.epochs = {{"only", operations}};
+  for (const bool has_stepped : {false, true}) {
+    if (has_stepped) {
+      ASSERT_EQ(session.Step(step).faulted_cloth_ids_size(), 1);
+    }
+    history.ended = {{session.name(), Look(session).photo}, {shared.name(), Look(shared).photo}};
+    EXPECT_THAT(CheckReplay(history).findings, IsEmpty()) << has_stepped;
+  }
 }
 
 // Clients that repeat their steps without ids step twice, and take their own sessions for those of
