@@ -222,6 +222,54 @@ def neighbours(bench):
                           dispatches=level["p99_ms"] / DISPATCH_MS, resident_mb=server.resident_mb())
 
 
+def crowds(bench):
+    """One step of cloths that are all in one place, far more of which touches than can be computed: what it takes, in time and
+    memory, and the longest that a tenant with one sheet waited for a step of its own meanwhile."""
+    # Cloths of 1 m: how many, their particles along an edge, their thickness, how far one is above the next [m].
+    scenes = [(256, 8, 0.01, 0), (1024, 8, 0.01, 0), (1024, 8, 0.01, 0.001), (1, 64, 0.5, 0), (1, 1000, 1e6, 0), (2, 512, 0.01, 0)]
+    for count, side, thickness_m, gap_m in scenes[:1] if bench.is_quick else scenes:
+        if bench.backend == "gl" and (count > 1 or side > 100):
+            continue  # worlds are stepped by cpu there, and larger ones have no kernels on llvmpipe
+        for report in (False, True):
+            with bench.draped(tenants=["modest", "crowded"]) as server:
+                case = f"{count} of {side} x {side}, {thickness_m:g} m thick"
+                case += (f", {gap_m:g} m apart" if gap_m else "") + (", with a report" if report else "")
+                bench.add("crowds", case, **step_beside(server, count, side, thickness_m, gap_m, report))
+
+
+def step_beside(server, count, side, thickness_m, gap_m, report):
+    """Of `crowds`."""
+    connect = lambda tenant: drape.connect(server.address, token=server.token_file(tenant).read_text(), timeout_s=600)
+    spec = ClothSpec(grid=Grid(columns=side, rows=side, width_m=1, height_m=1), self_collision={"thickness_m": thickness_m})
+    with connect("modest") as modest, connect("crowded") as crowded, modest.session() as own, crowded.session() as other:
+        sheet = own.create(ClothSpec(grid=Grid(columns=16, rows=16, width_m=1, height_m=1)))
+        cloths = other.create(spec, count, world="crowd" if count > 1 else "", origins=[(0, k * gap_m, 0) for k in range(count)])
+        sheet.step(10)
+        waits_ms, is_over, most_mb = [], threading.Event(), [0.0]
+
+        def step_on():
+            while not is_over.is_set():
+                begin = time.perf_counter()
+                sheet.step()
+                waits_ms.append(1e3 * (time.perf_counter() - begin))
+
+        def look_at_memory():
+            while not is_over.wait(0.1):
+                most_mb[0] = max(most_mb[0], server.resident_mb())
+
+        beside = [threading.Thread(target=step_on), threading.Thread(target=look_at_memory)]
+        for thread in beside:
+            thread.start()
+        time.sleep(1)
+        begin = time.perf_counter()
+        cloths.step(report=report)
+        step_s = time.perf_counter() - begin
+        is_over.set()
+        for thread in beside:
+            thread.join()
+    return {"step_s": step_s, "longest_wait_ms": max(waits_ms), "dispatches": max(waits_ms) / DISPATCH_MS, "resident_mb": most_mb[0]}
+
+
 def creations(bench):
     """A tenant that makes and deletes one small cloth after the other, alone and beside tenants who keep the builders busy."""
     others = ["greedy-0", "greedy-1"]
@@ -295,18 +343,26 @@ def memory(bench):
 
 def states(bench):
     """Resident memory of the server for the states of cloths, by their size, each with a server of its own: created and
-    stepped once, beside two cloths of the same model. `--max-state-bytes` counts 8192 bytes for each and 160 for a particle."""
-    for side, count in ((2, 30_000), (16, 4096), (32, 1024), (128, 64), (512, 4)):
+    stepped once, beside two cloths of the same model. `--max-state-bytes` counts 8192 bytes for each and 160 for a particle, and
+    256 more for a particle of a cloth in a world."""
+    free = ((2, 30_000, 0), (16, 4096, 0), (32, 1024, 0), (128, 64, 0), (512, 4, 0))
+    for side, count, per_world in (*free, (2, 32_000, 64), (16, 4096, 64), (32, 1024, 4), (128, 64, 64), (512, 4, 2)):
         spec = ClothSpec(grid=Grid(columns=side, rows=side, width_m=1, height_m=1), pins=[Pin(particle=0)])
         count = max(1, count // 8) if bench.is_quick else count
+        per_world = min(per_world, count)
         with bench.draped() as server, drape.connect(server.address) as client, client.session() as session:
             session.create(spec, 2).step(view=None)
             before_mb = server.resident_mb()
-            session.create(spec, count).step(view=None)
+            batches = [session.create(spec, per_world or count, world=f"from {first}" if per_world else "",
+                                      origins=[(0, 0.1 * k, 0) for k in range(per_world)] or None)
+                       for first in range(0, count, per_world or count)]
+            session.step(batches)
             taken_bytes = (server.resident_mb() - before_mb) * 1024_000  # of 1000 KiB each
         particles = count * side**2
-        bench.add("states", f"{count} cloths of {side * side} particles", bytes_per_cloth=taken_bytes / count,
-                  bytes_per_particle=taken_bytes / particles, of_what_counts=taken_bytes / (8192 * count + 160 * particles))
+        counted_bytes = 8192 * count + (160 + (256 if per_world else 0)) * particles
+        worlds = f" in worlds of {per_world}" if per_world else ""
+        bench.add("states", f"{count} cloths of {side * side} particles{worlds}", bytes_per_cloth=taken_bytes / count,
+                  bytes_per_particle=taken_bytes / particles, of_what_counts=taken_bytes / counted_bytes)
 
 
 def floods(bench):
@@ -390,7 +446,7 @@ def settled_bytes(folder):
 
 
 PARTS = {part.__name__: part
-         for part in (sessions, requests, viewers, stalled, audience, neighbours, creations, fairness, saved, memory, states, floods, restart, traffic)}
+         for part in (sessions, requests, viewers, stalled, audience, neighbours, crowds, creations, fairness, saved, memory, states, floods, restart, traffic)}
 
 
 def table(rows):
