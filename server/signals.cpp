@@ -18,7 +18,9 @@ constexpr std::chrono::milliseconds kStopPatience{5'000};
 void ReloadTokens(const Config& config, Scheduler& scheduler, RateQuota& builder_rates,
                   api::Authentication* authentication) {
   if (authentication == nullptr || !authentication->has_tokens()) {
-    return spdlog::info("signal_ignored signal=SIGHUP");
+    return spdlog::info(
+        "signal_ignored signal=SIGHUP reason=\"there is no token file; TLS files are read again by "
+        "themselves\"");
   }
   Result<api::TokenFile> tokens = api::TokenFile::Read(config.token_file);
   if (!tokens.ok()) {

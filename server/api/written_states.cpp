@@ -27,8 +27,7 @@ void CheckVectorRow(const FieldPath& path, size_t row, const Vector3d& vector, d
   const bool is_legal = vector.cwiseAbs().maxCoeff() <= max && vector.allFinite();
   violations.Require(is_legal, path.At(row), [&] {
     return NumberText(vector.x()) + ", " + NumberText(vector.y()) + ", " + NumberText(vector.z()) +
-           " are not within " + NumberText(max) + " " + std::string(unit) +
-           " of the cloth's middle";
+           " are not within " + NumberText(max) + " " + std::string(unit);
   });
 }
 
@@ -77,7 +76,8 @@ Result<std::vector<ParticleState>> ToStates(const v1::WriteStatesRequest& reques
     for (uint32_t i = 0; i < model->described_particle_count(); ++i, ++row) {
       const uint32_t particle = model->ParticleOf(i);
       const Vector3d p = PackedVector(request.positions_m(), row) - origin;
-      CheckVectorRow(kWrittenPositions, row, p, kMaxCoordinate_m, "m", violations);
+      CheckVectorRow(kWrittenPositions, row, p, kMaxCoordinate_m, "m of the cloth's middle",
+                     violations);
       state.positions_m[particle] = p;
       if (!request.has_velocities_m_per_s()) continue;
       const Vector3d v = PackedVector(request.velocities_m_per_s(), row);

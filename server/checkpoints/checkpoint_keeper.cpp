@@ -302,6 +302,7 @@ DeviceCommand CheckpointKeeper::LastCommand(std::function<void()> on_written) {
     // Whoever holds it waits for the disk alone: this thread has done all commands by now.
     const std::lock_guard lock(round_mutex_);
     const std::vector<SessionPointer> live = sessions_.All();
+    size_t written = 0;
     for (const SessionPointer& session : live) {
       // Written one by one: all of them together may not fit into memory.
       SavedStates saved;
@@ -311,14 +312,15 @@ DeviceCommand CheckpointKeeper::LastCommand(std::function<void()> on_written) {
         status = WithinMemory([&] { return SaveAlive(backend, *cloths, *budget_, saved); });
       }
       if (status.ok()) {
-        static_cast<void>(Write(*session, saved));  // it has warned
+        written += Write(*session, saved).ok();  // else it has warned
       } else {
         WarnOfFailure(*session, status);
       }
       on_written();
     }
     ForgetEnded(live);
-    spdlog::info("checkpoints_written sessions={}", live.size());
+    spdlog::log(written < live.size() ? spdlog::level::err : spdlog::level::info,
+                "checkpoints_written sessions={} of={}", written, live.size());
   };
 }
 

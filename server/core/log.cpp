@@ -142,16 +142,17 @@ spdlog::level::level_enum LevelOf(const std::string& level) {
 std::string WithoutSessionNames(std::string_view text) {
   std::string shown;
   for (size_t k = 0; k < text.size();) {
-    // "-", after an id and before the digits.
-    const bool may_begin = text[k] == '-' && k > 0 && IsIdCharacter(text[k - 1]);
+    // Behind "-" and an id in a name; alone where a client wrote them so.
     size_t digits = 0;
-    while (may_begin && k + 1 + digits < text.size() && IsHexDigit(text[k + 1 + digits])) ++digits;
+    while (k + digits < text.size() && IsHexDigit(text[k + digits])) ++digits;
     if (digits < kNameDigits) {
-      shown += text[k++];
+      const size_t plain = std::max<size_t>(digits, 1);
+      shown += text.substr(k, plain);
+      k += plain;
       continue;
     }
-    shown += std::string(text.substr(k, 1 + kShownDigits)) + "...";
-    k += 1 + digits;
+    shown += std::string(text.substr(k, kShownDigits)) + "...";
+    k += digits;
   }
   return shown;
 }

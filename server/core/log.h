@@ -30,7 +30,8 @@ std::string LogLevel();
 std::string LogText(std::string_view text);
 
 // --- For tests.
-// Names of sessions, in full or without "sessions/", with 4 of their 32 random digits.
+// Names of sessions, in full, without "sessions/", or their 32 random digits alone, with 4 of
+// these.
 std::string WithoutSessionNames(std::string_view text);
 // The members of a line as a JSON object, without braces; "event" first. Pure.
 std::string LineAsJson(std::string_view line);

@@ -180,7 +180,7 @@ Status Scheduler::Core::Submit(StepWork work) {
   const auto owner = requests_.by_owner.try_emplace(work.owner(), 0).first;
   if (!work.tenant.empty() && owner->second >= free) {
     if (session->second == 0) requests_.by_session.erase(session);
-    return QueueFull("the tenant has as many places of max_queued_requests as are free", free,
+    return QueueFull("what max_queued_requests leaves free, and the tenant has already,", free,
                      limits_.retry_after_ms);
   }
   ++owner->second;

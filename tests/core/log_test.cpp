@@ -89,8 +89,10 @@ TEST(WithoutSessionNames, ShowsFourDigits) {
   EXPECT_EQ(WithoutSessionNames("test-" + kDigits), "test-0123...");
   EXPECT_EQ(WithoutSessionNames("a7-" + kDigits + "-b8-" + kDigits), "a7-0123...-b8-0123...");
   EXPECT_EQ(WithoutSessionNames("test-" + kDigits + kDigits), "test-0123...");
+  EXPECT_EQ(WithoutSessionNames("request_id=\"" + kDigits + "\""), "request_id=\"0123...\"");
+  EXPECT_EQ(WithoutSessionNames("x" + kDigits), "x0123...");
   for (const std::string& kept :
-       {std::string("sessions/test-0123..."), kDigits, std::string("a-b-c"),
+       {std::string("sessions/test-0123..."), std::string("a-b-c"), kDigits.substr(1),
         std::string("2f1c8a52-9f2b-4c3d-8e1f-0123456789ab"), std::string("-"), std::string("a-")}) {
     EXPECT_EQ(WithoutSessionNames(kept), kept);
   }

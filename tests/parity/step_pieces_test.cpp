@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <bit>
+#include <cmath>
 #include <memory>
 #include <optional>
 #include <string>
@@ -270,6 +271,30 @@ TEST_P(StepPieces, DrivenLengthsBeginWhereTheLastStepEnded) {
   EXPECT_TRUE(ReadBits(backend_, cloths[0]) == ReadBits(backend_, cloths[1]));
   for (const ClothHandle cloth : cloths) backend_.Destroy(cloth);
   backend_.Destroy(neighbour_);
+}
+
+// Edges and triangles look for each of many colliders, in one stage; so do particles, in one sweep.
+TEST(CpuStepPieces, StopBetweenTheCollidersOfAStage) {
+  const std::unique_ptr<Backend> backend = CreateCpuBackend({2});
+  Scene scene = Grid(50, 50, 1, 1);
+  for (int k = 0; k < 40; ++k) {
+    scene.parameters.colliders.push_back(
+        BoxAt({0.02 * k - 0.4, -0.011, 0.3 * std::sin(k)}, {0.01, 0.01, 0.01}));
+  }
+  scene.parameters.friction_static = scene.parameters.friction_dynamic = 0.3;
+  scene.parameters.settings.collider_contact = ColliderContact::kSurface;
+  scene.parameters.settings.substeps = 4;
+  Stir(scene, 0.2);
+  const ClothHandle whole = CreateCloth(*backend, scene);
+  const ClothHandle pieces = CreateCloth(*backend, scene);
+  for (uint32_t step = 0; step < kSteps; ++step) {
+    StepAlone(*backend, whole, scene);
+    const StepItem item{pieces, scene.pin_targets_m};
+    int pauses = 0;
+    while (!backend->StepPiece({&item, 1}, Pause::At({})).has_value()) ++pauses;
+    EXPECT_GT(pauses, 100) << "of which 30 are between stages";
+    EXPECT_TRUE(ReadBits(*backend, pieces) == ReadBits(*backend, whole));
+  }
 }
 
 TEST(CpuStepPieces, HaveTheSameBitsWithAnyNumberOfThreads) {

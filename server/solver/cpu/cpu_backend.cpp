@@ -48,6 +48,9 @@ Status OutOfMemory() {
 // Of StepScratch, for each particle, about: 20 vectors.
 constexpr uint64_t kScratchBytes = 320;
 
+// The same for each particle and collider.
+constexpr uint64_t kContactBytes = sizeof(ContactImpulses) + Clearances::kNumbers * sizeof(float);
+
 class CpuBackend final : public Backend {
  public:
   CpuBackend(const CpuBackendOptions& options, const CpuBackendTesting& testing)
@@ -139,10 +142,14 @@ class CpuBackend final : public Backend {
   }
 
   uint64_t LongStepBytes(std::span<const ClothHandle> cloths) override {
-    size_t particles = 0;
-    for (const ClothHandle cloth : cloths) particles += cloths_.At(cloth).model->particle_count;
+    size_t particles = 0, contacts = 0;
+    for (const ClothHandle handle : cloths) {
+      const Cloth& cloth = cloths_.At(handle);
+      particles += cloth.model->particle_count;
+      contacts += cloth.model->particle_count * cloth.parameters.colliders.size();
+    }
     const bool may_touch = cloths.size() > 1 || cloths_.At(cloths[0]).contact_surface != nullptr;
-    return kScratchBytes * particles +
+    return kScratchBytes * particles + kContactBytes * contacts +
            (may_touch ? self_contact::MostBytes<self_contact::Vector3f>(particles) : 0);
   }
 

@@ -16,7 +16,6 @@ LongStep::LongStep(std::vector<Cloth*> cloths, int thread_count, MakeStepped mak
       thread_count_(thread_count),
       make_stepped_(std::move(make_stepped)),
       scratches_(cloths_.size()) {
-  if (cloths_.size() == 1 && cloths_[0]->contact_surface == nullptr) return;
   work_ = PausableWork::Begin([this](Interruption& interruption, const Pause& pause) {
     while (!ContinueStages(pause, &interruption)) interruption.Check();
   });

@@ -44,10 +44,11 @@ class LongStep {
   const MakeStepped make_stepped_;
   std::vector<StepScratch> scratches_;
   StepProgress progress_;
-  std::span<const StepItem> items_;     // of the piece under way
-  std::unique_ptr<StepTeam> team_;      // the same, and of the stage in which it has stopped
-  bool is_within_stage_ = false;        // where it has stopped
-  std::unique_ptr<PausableWork> work_;  // last, so that it ends first; null: no stage takes long
+  std::span<const StepItem> items_;  // of the piece under way
+  std::unique_ptr<StepTeam> team_;   // the same, and of the stage in which it has stopped
+  bool is_within_stage_ = false;     // where it has stopped
+  std::unique_ptr<PausableWork>
+      work_;  // last, so that it ends first; null: there was no thread for it
 };
 
 }  // namespace drape::cpu

@@ -54,6 +54,7 @@ void SurfaceContacts<V>::Find(std::span<const V> positions, std::span<const V> v
   const Real fall = Length(numbers_.gravity) * h * h;
   if (substep_ == 1) least_dip_ = LeastDip(positions);
   for (SolidState& solid : solids_) {
+    AskInterruption();
     solid.placed.Place((substep_ - 1) * substep_s_, substep_ * substep_s_);
     if (solid.needs_search) Search(solid, positions, velocities);
     solid.expected = static_cast<Real>(kWayMargin) * solid.particle_way + fall + solid.own_way;
@@ -65,6 +66,7 @@ void SurfaceContacts<V>::Find(std::span<const V> positions, std::span<const V> v
   const auto particles_begin = static_cast<std::ptrdiff_t>(active_.size());
   // After all edges and triangles: what these push does not get across either.
   for (SolidState& solid : solids_) {
+    AskInterruption();
     solid.passing.clear();
     const Real thin = static_cast<Real>(kThinShare) * solid.placed.solid().half_width();
     if (solid.expected > thin) FindPassing(solid, positions);
@@ -307,7 +309,9 @@ bool SurfaceContacts<V>::Solve(const V* base, V* u, Real interval, Real least_ch
   for (int k = 0; k < passes && (k == 0 || is_passed); ++k) {
     is_passed = false;
     looks_on_ways_ = k == 0;
+    SeldomInterruption interruption(numbers_.interruption);
     for (Contact* const contact : active_) {
+      interruption.Check();
       is_passed |= SolveOne(*contact, base, u, interval, least_change);
     }
     has_changed |= is_passed;
@@ -341,6 +345,7 @@ void SurfaceContacts<V>::Advance(std::span<const V> positions) {
   };
   const Real way = has_starts_ ? way_from(starts_) : 0;
   for (SolidState& solid : solids_) {
+    AskInterruption();
     Real next = 0;
     if (solid.has_any()) {
       solid.particle_way = way;

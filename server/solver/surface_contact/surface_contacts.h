@@ -10,6 +10,7 @@
 #include "server/scene/colliders.h"
 #include "server/scene/rigid_motion.h"
 #include "server/solver/collider_contact.h"
+#include "server/solver/interruption.h"
 #include "server/solver/surface_contact/lowest_point.h"
 #include "server/solver/surface_contact/placed_solid.h"
 #include "server/solver/surface_contact/surface_parts.h"
@@ -33,6 +34,7 @@ struct StepNumbers {
   uint32_t substeps = 1;
   bool has_two_steps = false;
   std::span<const Real> inverse_masses;  // [particle_count] [1/kg], 0 of what is held
+  Interruption* interruption = nullptr;  // asked for each solid; null: nobody is
 };
 
 // The point of an edge or a triangle, or a particle, that may touch a solid in a substep.
@@ -152,6 +154,9 @@ class SurfaceContacts {
   void Apply(Contact& contact, const V& change, V* velocities) const;
   V Friction(const V& wanted, Real push) const;
   V WayOf(const Contact& contact, const V* base, const V* u, Real interval) const;
+  void AskInterruption() const {
+    if (numbers_.interruption != nullptr) numbers_.interruption->Check();
+  }
   Real LeastDip(std::span<const V> positions) const;
 
   const SurfaceParts* parts_ = nullptr;

@@ -69,6 +69,12 @@ void ResetImpulses(const StepContext& context) {
   });
 }
 
+// Between stages that take long where particles and colliders are many.
+void AskInterruption(const StepContext& context) {
+  const bool is_large = context.model.particle_count >= kMinTeamParticles;
+  if (is_large && context.interruption != nullptr) context.interruption->Check();
+}
+
 using Part = StepProgress::Part;
 
 // No velocity along rigid links is left (Bender et al. 2009, section 3.2). False: paused.
@@ -116,7 +122,9 @@ bool Solve(SteppedCloths cloths, StepProgress& progress, const Pause& pause) {
       if (its.is_sweeping) {
         its.has_changed |= SolveBodies(cloths[k].context);
         its.has_changed |= SolveSurfaceContacts(cloths[k].context);
+        AskInterruption(cloths[k].context);
         its.has_changed |= SolveContacts(cloths[k].context);
+        AskInterruption(cloths[k].context);
       }
       its.is_sweeping = cloths[k].context.controls.tolerance == 0 || have_contacts_changed ||
                         (its.is_sweeping && its.has_changed);
@@ -170,6 +178,19 @@ void Copy(const StepContext& context, const FloatState& from, FloatState& to) {
   });
 }
 
+// Where particles and colliders are many, these are hundreds of megabytes.
+void MakeRoomForContacts(const StepContext& context) {
+  constexpr size_t kAtOnce = size_t{1} << 18;
+  std::vector<ContactImpulses>& contacts = context.scratch.contacts;
+  const size_t size = context.model.particle_count * context.scratch.reach.near.size();
+  contacts.reserve(size);
+  while (contacts.size() + kAtOnce < size) {
+    contacts.resize(contacts.size() + kAtOnce);
+    AskInterruption(context);
+  }
+  contacts.resize(size);
+}
+
 void Begin(const StepContext& context, const FloatState& state) {
   const FloatModel& model = context.model;
   StepScratch& scratch = context.scratch;
@@ -192,20 +213,25 @@ void Begin(const StepContext& context, const FloatState& state) {
   }
   const bool has_impulses = model.has_compliance() || model.has_inequalities();
   scratch.distance_impulses.resize(has_impulses ? model.groups.size() + 1 : 0);
-  scratch.contacts.resize(model.particle_count * scratch.reach.near.size());
-  scratch.clearances.Reset(state.positions.size(), scratch.reach.near.size());
+  MakeRoomForContacts(context);
+  scratch.clearances.Reset(state.positions.size(), scratch.reach.near.size(),
+                           [&] { AskInterruption(context); });
   if (solver.has_quiet_links) scratch.quiet_round_offs.assign(state.positions.size(), 0);
   scratch.has_quiet_particles = false;
   scratch.self_contacts_failed = false;
   if (ImpulseSums* const sums = context.impulses()) sums->Begin(model, scratch.reach.near.size());
   BeginBodies(context);
   BeginSurfaceContacts(context);
+  AskInterruption(context);
 }
 
 void BeforeSweeps(const StepContext& context) {
   Kick(context, context.scratch.state.positions, context.substep.kick_before);
+  AskInterruption(context);
   PredictContacts(context);
+  AskInterruption(context);
   FindSurfaceContacts(context);
+  AskInterruption(context);
   PredictBodies(context);
   AccelerateBySprings(context);
   Predict(context);

@@ -70,7 +70,8 @@ void BeginSurfaceContacts(const StepContext& context) {
        .time_step_s = controls.time_step_s,
        .substeps = controls.plan.schedule.size(),
        .has_two_steps = controls.plan.solver.has_two_steps,
-       .inverse_masses = context.held.inverse_masses.first(context.model.particle_count)});
+       .inverse_masses = context.held.inverse_masses.first(context.model.particle_count),
+       .interruption = context.interruption});
 }
 
 void FindSurfaceContacts(const StepContext& context) {

@@ -35,12 +35,15 @@ class Clearances {
     kNumbers
   };
 
-  // Nothing is clear.
-  void Reset(size_t particles, size_t colliders) {
+  // Nothing is clear. Calls between() after each collider: many of them take long.
+  template <class Between>
+  void Reset(size_t particles, size_t colliders, const Between& between) {
     stride_ = particles + kMaxLanes;
-    values_.resize(stride_ * colliders * kNumbers);
+    values_.reserve(stride_ * colliders * kNumbers);
     for (size_t k = 0; k < colliders; ++k) {
+      values_.resize(std::max(values_.size(), stride_ * (k + 1) * kNumbers));
       std::fill_n(Row(k, kWay), stride_, -std::numeric_limits<float>::infinity());
+      between();
     }
   }
   // [particle_count], and at least as many more as a register has lanes, to be read.
