@@ -31,6 +31,14 @@ void ReloadTokens(const Config& config, Scheduler& scheduler, RateQuota& builder
   SetRates(config, authentication, scheduler.rates(), builder_rates);
 }
 
+void LookAtTlsFiles(api::TlsWatch& watch) {
+  const std::optional<Status> status = watch.Look();
+  if (!status) return;
+  if (status->ok()) return spdlog::info("tls_files_good_again");
+  spdlog::error("tls_files_bad message=\"{}; new connections may be refused until it is mended\"",
+                status->message());
+}
+
 // Those, and the ones that ask for something else.
 sigset_t AwaitedSignals() {
   sigset_t signals = StopSignals();
@@ -70,10 +78,12 @@ int WaitForStop(const Config& config, Scheduler& scheduler, RateQuota& builder_r
                 api::Authentication* authentication) {
   const sigset_t signals = AwaitedSignals();
   const timespec period{kStatisticsPeriod_s, 0};
+  api::TlsWatch tls(config.tls);
   while (true) {
     const int signal = sigtimedwait(&signals, nullptr, &period);
     if (signal == SIGINT || signal == SIGTERM || signal == SIGUSR2) return signal;
     if (signal == SIGHUP) ReloadTokens(config, scheduler, builder_rates, authentication);
+    LookAtTlsFiles(tls);
     LogStatistics(signal == SIGUSR1 ? spdlog::level::info : spdlog::level::debug, scheduler);
   }
 }

@@ -70,4 +70,11 @@ Status CheckTlsFiles(const TlsFiles& files) {
   return ReadCertificate(files.client_authorities).status();
 }
 
+std::optional<Status> TlsWatch::Look() {
+  Status now = CheckTlsFiles(files_);
+  if (now.ok() == last_.ok() && now.message() == last_.message()) return std::nullopt;
+  last_ = now;
+  return now;
+}
+
 }  // namespace drape::api

@@ -1,7 +1,9 @@
 // The certificates that a server was told to use.
 #pragma once
 
+#include <optional>
 #include <string>
+#include <utility>
 
 #include "server/core/status.h"
 
@@ -21,5 +23,19 @@ struct TlsFiles {
 // key, or a key that is not the certificate's: a server that was told to encrypt never serves in
 // the clear, nor refuses everybody.
 Status CheckTlsFiles(const TlsFiles& files);
+
+// Looks at the files of a server that runs: gRPC uses what is there, good or not. One thread.
+class TlsWatch {
+ public:
+  // Of files that are good.
+  explicit TlsWatch(TlsFiles files) : files_(std::move(files)) {}
+
+  // What CheckTlsFiles says now, if it says something else than before.
+  std::optional<Status> Look();
+
+ private:
+  const TlsFiles files_;
+  Status last_;
+};
 
 }  // namespace drape::api

@@ -3,7 +3,9 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <filesystem>
 #include <fstream>
+#include <optional>
 
 #include "tests/support/certificates/certificates.h"
 
@@ -50,6 +52,27 @@ TEST_F(TlsFilesTest, AKeyOfAnotherCertificateIsRefused) {
   const Status status = CheckTlsFiles({.certificate = own_.certificate, .key = other_.key});
   EXPECT_EQ(status.reason(), "TLS_FILE_FAILED");
   EXPECT_THAT(status.message(), testing::HasSubstr("is not the key of"));
+}
+
+// As where a certificate is renewed before its key.
+TEST_F(TlsFilesTest, AWatchTellsOnceWhatBecomesBadAndGoodAgain) {
+  const auto copy = [](const std::string& from, const std::string& to) {
+    std::filesystem::copy_file(from, to, std::filesystem::copy_options::overwrite_existing);
+  };
+  const TlsFiles files{folder_.Path("used.pem"), folder_.Path("used.key")};
+  copy(own_.certificate, files.certificate);
+  copy(own_.key, files.key);
+  TlsWatch watch(files);
+  EXPECT_FALSE(watch.Look().has_value());
+  copy(other_.certificate, files.certificate);
+  const std::optional<Status> bad = watch.Look();
+  ASSERT_TRUE(bad.has_value());
+  EXPECT_THAT(bad->message(), testing::HasSubstr("is not the key of"));
+  EXPECT_FALSE(watch.Look().has_value());
+  copy(other_.key, files.key);
+  const std::optional<Status> good = watch.Look();
+  ASSERT_TRUE(good.has_value());
+  EXPECT_TRUE(good->ok());
 }
 
 }  // namespace
