@@ -112,18 +112,41 @@ TEST_F(LongStepsTest, ASessionHasOneLongStepUnderWay) {
   for (const auto& cloth : {a, b, c}) EXPECT_EQ(cloth->now().completed_steps, 2u);
 }
 
+// There is room for the steps of two cloths.
+class RoomOfLongSteps : public DeviceLoopTest {
+ protected:
+  using Cloths = std::vector<std::shared_ptr<ClothRuntime>>;
+
+  RoomOfLongSteps() { Restart(16384, 50'000, 2); }
+
+  // A world.
+  Cloths BeginHeap(size_t count) {
+    Cloths heap;
+    for (size_t k = 0; k < count; ++k) {
+      heap.push_back(Cloth());
+      heap.back()->Join(world_, k, Vector3d::Zero());
+    }
+    return heap;
+  }
+  // After a step of each of them. The next ones take ten pieces.
+  void KnowToBeLong(const Cloths& cloths, const Cloths& heap) {
+    Cloths all = cloths;
+    all.insert(all.end(), heap.begin(), heap.end());
+    TakeFor(all, 1'000'000);
+    Admit(Work("x", cloths));
+    Admit(Work("y", heap));
+    RunAll();
+    device_->StepInPieces(10);
+  }
+
+  const std::shared_ptr<ClothWorld> world_ = std::make_shared<ClothWorld>(1);
+};
+
 // A world has the working memory of all of its cloths. What waits for that is not overtaken.
-TEST_F(LongStepsTest, WorkingMemoryHasALimitThatOneMayExceed) {
-  Restart(16384, 50'000, 2);
+TEST_F(RoomOfLongSteps, WorkingMemoryHasALimitThatOneMayExceed) {
+  const auto heap = BeginHeap(3);
   const auto a = Cloth(), b = Cloth(), c = Cloth(), d = Cloth();
-  const std::vector<std::shared_ptr<ClothRuntime>> heap{Cloth(), Cloth(), Cloth()};
-  const auto world = std::make_shared<ClothWorld>(1);
-  for (size_t k = 0; k < heap.size(); ++k) heap[k]->Join(world, k, Vector3d::Zero());
-  TakeFor({a, b, c, d, heap[0], heap[1], heap[2]}, 1'000'000);
-  Admit(Work("x", {a, b, c, d}));
-  Admit(Work("y", heap));
-  RunAll();
-  device_->StepInPieces(10);
+  KnowToBeLong({a, b, c, d}, heap);
   Admit(Work("a", {a}));
   Admit(Work("b", {b}));
   Admit(Work("heap", heap));
@@ -146,17 +169,10 @@ TEST_F(LongStepsTest, WorkingMemoryHasALimitThatOneMayExceed) {
 }
 
 // Those that are under way take room again with each of their steps, but not before who waits.
-TEST_F(LongStepsTest, WhoLacksRoomIsNotOvertakenByTheNextStepsOfOthers) {
-  Restart(16384, 50'000, 2);
+TEST_F(RoomOfLongSteps, WhoLacksRoomIsNotOvertakenByTheNextStepsOfOthers) {
+  const auto heap = BeginHeap(2);
   const auto a = Cloth(), b = Cloth();
-  const std::vector<std::shared_ptr<ClothRuntime>> heap{Cloth(), Cloth()};
-  const auto world = std::make_shared<ClothWorld>(1);
-  for (size_t k = 0; k < heap.size(); ++k) heap[k]->Join(world, k, Vector3d::Zero());
-  TakeFor({a, b, heap[0], heap[1]}, 1'000'000);
-  Admit(Work("x", {a, b}));
-  Admit(Work("y", heap));
-  RunAll();
-  device_->StepInPieces(10);
+  KnowToBeLong({a, b}, heap);
   Admit(Work("a", {a}, 50));
   Admit(Work("b", {b}, 50));
   loop_->RunRound();
@@ -169,17 +185,10 @@ TEST_F(LongStepsTest, WhoLacksRoomIsNotOvertakenByTheNextStepsOfOthers) {
 }
 
 // What cannot run now, for its tenant has used up its rate, is not waited for.
-TEST_F(LongStepsTest, WhoIsHeldBackKeepsNobodyFromRoom) {
-  Restart(16384, 50'000, 2);
+TEST_F(RoomOfLongSteps, WhoIsHeldBackKeepsNobodyFromRoom) {
+  const auto heap = BeginHeap(2);
   const auto a = Cloth(), b = Cloth();
-  const std::vector<std::shared_ptr<ClothRuntime>> heap{Cloth(), Cloth()};
-  const auto world = std::make_shared<ClothWorld>(1);
-  for (size_t k = 0; k < heap.size(); ++k) heap[k]->Join(world, k, Vector3d::Zero());
-  TakeFor({a, b, heap[0], heap[1]}, 1'000'000);
-  Admit(Work("x", {a, b}));
-  Admit(Work("y", heap));
-  RunAll();
-  device_->StepInPieces(10);
+  KnowToBeLong({a, b}, heap);
   Admit(Work("a", {a}, 20));
   loop_->RunRound();
   StepWork held = Work("heap", heap, 2);

@@ -6,11 +6,9 @@ windows and few cycles, results printed only.
 
 import argparse
 import contextlib
-import csv
 import json
 import os
 import pathlib
-import re
 import statistics
 import subprocess
 import sys
@@ -21,13 +19,14 @@ import time
 
 import drape
 from drape import ClothSpec, Grid, Pin
+from crowds import DISPATCH_MS, crowds
 from draped import BIN, Beside, Draped, Proxy, load, load_command
 from greedy import FLOODS
+from tables import table, write_results
 
 HERE = pathlib.Path(__file__).parent
 GREEDY = [sys.executable, "-B", HERE / "greedy.py"]
 TENANTS = 10
-DISPATCH_MS = 50  # --batch-budget-us
 SHEET = ("--side", 16)
 ROUNDS = 3
 # Of tests/traffic/traffic_test.cpp.
@@ -222,54 +221,6 @@ def neighbours(bench):
                           dispatches=level["p99_ms"] / DISPATCH_MS, resident_mb=server.resident_mb())
 
 
-def crowds(bench):
-    """One step of cloths that are all in one place, far more of which touches than can be computed: what it takes, in time and
-    memory, and the longest that a tenant with one sheet waited for a step of its own meanwhile."""
-    # Cloths of 1 m: how many, their particles along an edge, their thickness, how far one is above the next [m].
-    scenes = [(256, 8, 0.01, 0), (1024, 8, 0.01, 0), (1024, 8, 0.01, 0.001), (1, 64, 0.5, 0), (1, 1000, 1e6, 0), (2, 512, 0.01, 0)]
-    for count, side, thickness_m, gap_m in scenes[:1] if bench.is_quick else scenes:
-        if bench.backend == "gl" and (count > 1 or side > 100):
-            continue  # worlds are stepped by cpu there, and larger ones have no kernels on llvmpipe
-        for report in (False, True):
-            with bench.draped(tenants=["modest", "crowded"]) as server:
-                case = f"{count} of {side} x {side}, {thickness_m:g} m thick"
-                case += (f", {gap_m:g} m apart" if gap_m else "") + (", with a report" if report else "")
-                bench.add("crowds", case, **step_beside(server, count, side, thickness_m, gap_m, report))
-
-
-def step_beside(server, count, side, thickness_m, gap_m, report):
-    """Of `crowds`."""
-    connect = lambda tenant: drape.connect(server.address, token=server.token_file(tenant).read_text(), timeout_s=600)
-    spec = ClothSpec(grid=Grid(columns=side, rows=side, width_m=1, height_m=1), self_collision={"thickness_m": thickness_m})
-    with connect("modest") as modest, connect("crowded") as crowded, modest.session() as own, crowded.session() as other:
-        sheet = own.create(ClothSpec(grid=Grid(columns=16, rows=16, width_m=1, height_m=1)))
-        cloths = other.create(spec, count, world="crowd" if count > 1 else "", origins=[(0, k * gap_m, 0) for k in range(count)])
-        sheet.step(10)
-        waits_ms, is_over, most_mb = [], threading.Event(), [0.0]
-
-        def step_on():
-            while not is_over.is_set():
-                begin = time.perf_counter()
-                sheet.step()
-                waits_ms.append(1e3 * (time.perf_counter() - begin))
-
-        def look_at_memory():
-            while not is_over.wait(0.1):
-                most_mb[0] = max(most_mb[0], server.resident_mb())
-
-        beside = [threading.Thread(target=step_on), threading.Thread(target=look_at_memory)]
-        for thread in beside:
-            thread.start()
-        time.sleep(1)
-        begin = time.perf_counter()
-        cloths.step(report=report)
-        step_s = time.perf_counter() - begin
-        is_over.set()
-        for thread in beside:
-            thread.join()
-    return {"step_s": step_s, "longest_wait_ms": max(waits_ms), "dispatches": max(waits_ms) / DISPATCH_MS, "resident_mb": most_mb[0]}
-
-
 def creations(bench):
     """A tenant that makes and deletes one small cloth after the other, alone and beside tenants who keep the builders busy."""
     others = ["greedy-0", "greedy-1"]
@@ -449,50 +400,6 @@ PARTS = {part.__name__: part
          for part in (sessions, requests, viewers, stalled, audience, neighbours, crowds, creations, fairness, saved, memory, states, floods, restart, traffic)}
 
 
-def table(rows):
-    names = [name for name in dict.fromkeys(name for row in rows for name in row) if name != "part"]
-    lines = ["| " + " | ".join(names) + " |", "|" + "---|" * len(names)]
-    for row in rows:
-        lines.append("| " + " | ".join(f"{v:.3g}" if isinstance(v, float) else str(v) for v in (row.get(name, "") for name in names)) + " |")
-    return "\n".join(lines) + "\n"
-
-
-def write_csv(path, rows):
-    with open(path, "w", newline="") as file:
-        writer = csv.DictWriter(file, list(dict.fromkeys(name for row in rows for name in row)))
-        writer.writeheader()
-        writer.writerows({key: f"{v:.6g}" if isinstance(v, float) else v for key, v in row.items()} for row in rows)
-
-
-def rows_of(path):
-    """Those of an earlier run, without what they leave empty."""
-    if not path.exists():
-        return []
-    with open(path, newline="") as file:
-        return [{key: value for key, value in row.items() if value} for row in csv.DictReader(file)]
-
-
-def sections_of(path):
-    """Of an earlier text, by their titles; the one before the first has none."""
-    if not path.exists():
-        return {}
-    return {part.splitlines()[0] if part.startswith("## ") else "": part.rstrip("\n") + "\n"
-            for part in re.split(r"^(?=## )", path.read_text(), flags=re.MULTILINE)}
-
-
-def write_results(part, rows, text, name):
-    """Of one part, beside what was found in others."""
-    folder = HERE / "results"
-    folder.mkdir(exist_ok=True)
-    machine = re.sub(r"[^a-z0-9]+", "-", name.lower()).strip("-")
-    table_path, text_path = folder / f"{machine}.csv", folder / f"{machine}.md"
-    write_csv(table_path, [row for row in rows_of(table_path) if row["part"] != part] + rows)
-    texts = {"": "# The service\n", **sections_of(text_path), f"## {part}": text}
-    order = ["", *(f"## {name}" for name in PARTS)]
-    text_path.write_text("\n".join(texts[title] for title in order if title in texts))
-    print(f"results are in {folder}", flush=True)
-
-
 def measure(bench, part):
     load_before, begin = os.getloadavg()[0], time.monotonic()
     PARTS[part](bench)
@@ -506,7 +413,7 @@ def measure(bench, part):
     text = f"## {part}\n\n{meaning}\n\n{table(rows)}\n{source}\n"
     print(text, flush=True)
     if not bench.is_quick:
-        write_results(part, rows, text, device if bench.backend == "cpu" else f"{bench.backend} {device}")
+        write_results(HERE / "results", PARTS, part, rows, text, device if bench.backend == "cpu" else f"{bench.backend} {device}")
 
 
 def main():
