@@ -86,9 +86,8 @@ class ReferenceBackend final : public Backend {
     const auto under_way = steps_under_way_.find(handles[0]);
     if (under_way == steps_under_way_.end() || under_way->second->cloths != handles) {
       for (const ClothHandle handle : handles) AbandonStep(handle);
-      const bool may_touch = items.size() > 1 || Find(handles[0]).contact_surface != nullptr;
       const auto begun = std::make_shared<LongStep>(
-          std::move(handles), may_touch,
+          std::move(handles),
           [this, items](Interruption* interruption) { return MakeStep(items, interruption); });
       for (const ClothHandle handle : begun->cloths) steps_under_way_[handle] = begun;
     }
@@ -165,9 +164,8 @@ class ReferenceBackend final : public Backend {
     using Make = std::function<std::unique_ptr<ReferenceStep>(Interruption*)>;
 
     // `make` is called in the first piece.
-    LongStep(std::vector<ClothHandle> its_cloths, bool may_touch, Make make_step)
+    LongStep(std::vector<ClothHandle> its_cloths, Make make_step)
         : cloths(std::move(its_cloths)), make(std::move(make_step)) {
-      if (!may_touch) return;
       work = PausableWork::Begin([this](Interruption& interruption, const Pause& pause) {
         step = make(&interruption);
         while (!(reports = step->Continue(pause, &interruption))) interruption.Check();
@@ -186,7 +184,7 @@ class ReferenceBackend final : public Backend {
     const Make make;
     std::unique_ptr<ReferenceStep> step{};
     std::optional<std::vector<StepReport>> reports{};
-    std::unique_ptr<PausableWork> work{};  // null: no stage takes long
+    std::unique_ptr<PausableWork> work{};  // null: there is no thread for it, and no stage stops
   };
 
   // Lengths are what they were when a step began that is dropped.

@@ -191,11 +191,13 @@ void PredictContacts(StepContext& context) {
   context.something_holds = false;
   const ClothParameters& parameters = context.parameters;
   const ReferenceColliders& colliders = context.colliders;
-  context.rebounds.assign(context.model.particle_count() * colliders.size(), 0.0);
+  FillForContacts(context, 0.0, context.rebounds);
   if (!HasRestitution(parameters)) return;
+  SeldomInterruption interruption(context.interruption);
   for (uint32_t i = 0; i < context.model.particle_count(); ++i) {
     const Vector3d& p = context.state.positions_m[i];
     for (size_t c = 0; c < colliders.size(); ++c) {
+      interruption.Check();
       const Vector3d relative =
           context.state.velocities_m_per_s[i] - colliders.VelocityAtStart(c, p);
       context.rebounds[i * colliders.size() + c] =
@@ -208,9 +210,11 @@ void PredictContacts(StepContext& context) {
 bool SolveContacts(StepContext& context, uint32_t begin, uint32_t end) {
   const size_t collider_count = context.colliders.size();
   bool has_changed = false;
+  SeldomInterruption interruption(context.interruption);
   for (uint32_t i = begin; i < end; ++i) {
     if (context.w[i] == 0) continue;
     for (size_t c = 0; c < collider_count; ++c) {
+      interruption.Check();
       if (context.colliders.IsBody(c)) continue;  // SolveBodies
       if (SolveContact(context, i, c, context.beta[i * collider_count + c])) has_changed = true;
     }
@@ -223,10 +227,12 @@ void CorrectVelocity(StepContext& context) {
   const double damping_per_s = context.substep.is_two_step ? 0 : context.parameters.damping_per_s;
   const double decay = std::exp(-damping_per_s * context.h);
   const size_t collider_count = context.colliders.size();
+  SeldomInterruption interruption(context.interruption);
   for (uint32_t i = 0; i < context.model.particle_count(); ++i) {
     if (context.w[i] == 0) continue;
     std::optional<size_t> landed_on;  // the first one
     for (size_t c = 0; c < collider_count; ++c) {
+      interruption.Check();
       const size_t contact = i * collider_count + c;
       if (!(context.beta[contact].normal > 0)) continue;
       CorrectContactVelocity(context, i, c, context.rebounds[contact]);

@@ -22,11 +22,13 @@ std::vector<double> InverseMasses(const SceneModel& model, const std::vector<Gri
 }  // namespace
 
 StepContext::StepContext(const SteppedReference& stepped, const ClothParameters& its_parameters,
-                         const StepPlan& step_plan, uint32_t most_iterations)
+                         const StepPlan& step_plan, uint32_t most_iterations,
+                         Interruption* its_interruption)
     : model(*stepped.cloth->model),
       parameters(its_parameters),
       plan(step_plan),
       max_iterations(most_iterations),
+      interruption(its_interruption),
       origin_m(stepped.origin_m),
       held(HeldBy(*stepped.cloth)),
       w(InverseMasses(model, held)),

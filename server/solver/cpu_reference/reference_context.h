@@ -19,6 +19,7 @@
 #include "server/solver/cpu_reference/reference_impulses.h"
 #include "server/solver/cpu_reference/reference_step.h"
 #include "server/solver/cpu_reference/reference_surface_contacts.h"
+#include "server/solver/interruption.h"
 #include "server/solver/step_plan.h"
 
 namespace drape::reference {
@@ -28,7 +29,7 @@ namespace drape::reference {
 struct StepContext {
   // `parameters` are those of the cloth, or what its world makes of them.
   StepContext(const SteppedReference& stepped, const ClothParameters& its_parameters,
-              const StepPlan& step_plan, uint32_t most_iterations);
+              const StepPlan& step_plan, uint32_t most_iterations, Interruption* its_interruption);
 
   // From particle i to j at the end of the substep, b + h u [m].
   Eigen::Vector3d PredictedDifference(uint32_t i, uint32_t j) const {
@@ -61,9 +62,10 @@ struct StepContext {
   const ClothParameters& parameters;
   const StepPlan& plan;
   const uint32_t max_iterations;
-  const Eigen::Vector3d origin_m;  // of the cloth's frame in that of its world
-  const std::vector<Grip> held;    // the pins and their targets, then the grips
-  const std::vector<double> w;     // inverse masses [1/kg], 0 of what is held
+  Interruption* const interruption;  // of the whole step; null: nobody is asked
+  const Eigen::Vector3d origin_m;    // of the cloth's frame in that of its world
+  const std::vector<Grip> held;      // the pins and their targets, then the grips
+  const std::vector<double> w;       // inverse masses [1/kg], 0 of what is held
 
   Substep substep;  // the one under way
   double h = 0;     // interval of its impulses [s]

@@ -37,9 +37,11 @@ double Residual(const StepContext& context) {
     if (context.IsHeld(joint.i, joint.j)) continue;
     residual = std::max(residual, JointError(context, index).norm());
   }
+  SeldomInterruption interruption(context.interruption);
   for (uint32_t i = 0; i < model.particle_count(); ++i) {
     if (context.w[i] == 0) continue;
     for (size_t c = 0; c < context.colliders.size(); ++c) {
+      interruption.Check();
       residual =
           std::max(residual, ContactFloor(context, i, c) - PredictedContact(context, i, c).gap);
     }

@@ -4,6 +4,8 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <algorithm>
+#include <cstddef>
 #include <cstdint>
 #include <vector>
 
@@ -11,6 +13,20 @@
 #include "server/solver/cpu_reference/reference_context.h"
 
 namespace drape::reference {
+
+// Of each particle and collider.
+template <class T>
+void FillForContacts(const StepContext& context, const T& value, std::vector<T>& list) {
+  // Where particles and colliders are many, these are hundreds of megabytes.
+  constexpr size_t kAtOnce = size_t{1} << 18;
+  const size_t size = context.model.particle_count() * context.colliders.size();
+  list.clear();
+  list.reserve(size);
+  while (list.size() < size) {
+    list.insert(list.end(), std::min(kAtOnce, size - list.size()), value);
+    if (context.interruption != nullptr) context.interruption->Check();
+  }
+}
 
 // Change the velocities [m/s] by what acts for `duration_s` at these positions [m].
 void ApplySprings(const StepContext& context, double duration_s,

@@ -75,7 +75,7 @@ void AdvanceLengths(StepContext& context) {
 void ResetImpulses(StepContext& context) {
   context.lambda.assign(context.model.constraint_count(), 0.0);
   context.joint_lambda.assign(context.model.joint_count(), Vector3d::Zero());
-  context.beta.assign(context.model.particle_count() * context.colliders.size(), {});
+  FillForContacts(context, ContactImpulse{}, context.beta);
 }
 
 using Part = Progress::Part;
@@ -299,7 +299,7 @@ struct ReferenceStep::UnderWay {
       plans.push_back(is_calmer && HasCalmerScheme(plan)
                           ? PlanOf(cloth, WithCalmerScheme(parameters[k]))
                           : plan);
-      contexts.emplace_back(cloths[k], parameters[k], plans[k], max_iterations);
+      contexts.emplace_back(cloths[k], parameters[k], plans[k], max_iterations, interruption);
       may_cross |= cloth.may_cross_itself;
     }
     progress.cloths.resize(cloths.size());

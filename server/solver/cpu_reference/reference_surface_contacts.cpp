@@ -55,7 +55,8 @@ void ReferenceSurfaceContacts::Begin(const StepContext& context, const SurfacePa
                    .time_step_s = parameters.settings.time_step_s,
                    .substeps = parameters.settings.substeps,
                    .has_two_steps = context.plan.solver.has_two_steps,
-                   .inverse_masses = inverse_masses_});
+                   .inverse_masses = inverse_masses_,
+                   .interruption = context.interruption});
 }
 
 void ReferenceSurfaceContacts::Find(const StepContext& context) {
