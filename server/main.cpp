@@ -106,7 +106,8 @@ Status Serve(Config config, const std::vector<std::string>& arguments) {
     handling.Replace([&] {
       return FormerRun{{}, backend.is_hardware_gpu, (*server)->port(), NamesOf(sessions)};
     });
-    const int signal = WaitForStop(config, **scheduler, build_quota->rates, authentication->get());
+    const int signal = WaitForStop(config, **scheduler, build_quota->rates, authentication->get(),
+                                   options->tls.get());
     guard = GuardDrain(config, signal, hurry);
     spdlog::info("draining signal={} grace_ms={}", signal, config.drain_grace_ms);
     handling.Replace({});  // the end is near, and its own answer to a loss

@@ -10,7 +10,8 @@
 namespace drape {
 namespace {
 
-constexpr time_t kStatisticsPeriod_s = 10;
+constexpr time_t kLookPeriod_s = 2;
+constexpr uint64_t kLooksPerStatistics = 5;
 // Time after the grace of a drain until the process counts as hanging.
 constexpr std::chrono::milliseconds kStopPatience{5'000};
 
@@ -31,12 +32,11 @@ void ReloadTokens(const Config& config, Scheduler& scheduler, RateQuota& builder
   SetRates(config, authentication, scheduler.rates(), builder_rates);
 }
 
-void LookAtTlsFiles(api::TlsWatch& watch) {
-  const std::optional<Status> status = watch.Look();
+void LookAtTlsFiles(api::TlsInUse& tls) {
+  const std::optional<Status> status = tls.Look();
   if (!status) return;
   if (status->ok()) return spdlog::info("tls_files_good_again");
-  spdlog::error("tls_files_bad message=\"{}; new connections may be refused until it is mended\"",
-                status->message());
+  spdlog::error("tls_files_bad message=\"{}; those before stay in use\"", status->message());
 }
 
 // Those, and the ones that ask for something else.
@@ -75,16 +75,16 @@ void TakeSignals() {
 }
 
 int WaitForStop(const Config& config, Scheduler& scheduler, RateQuota& builder_rates,
-                api::Authentication* authentication) {
+                api::Authentication* authentication, api::TlsInUse* tls) {
   const sigset_t signals = AwaitedSignals();
-  const timespec period{kStatisticsPeriod_s, 0};
-  api::TlsWatch tls(config.tls);
-  while (true) {
+  const timespec period{kLookPeriod_s, 0};
+  for (uint64_t looks = 1;; ++looks) {
     const int signal = sigtimedwait(&signals, nullptr, &period);
     if (signal == SIGINT || signal == SIGTERM || signal == SIGUSR2) return signal;
     if (signal == SIGHUP) ReloadTokens(config, scheduler, builder_rates, authentication);
-    LookAtTlsFiles(tls);
-    LogStatistics(signal == SIGUSR1 ? spdlog::level::info : spdlog::level::debug, scheduler);
+    if (tls != nullptr) LookAtTlsFiles(*tls);
+    if (signal == SIGUSR1) LogStatistics(spdlog::level::info, scheduler);
+    if (looks % kLooksPerStatistics == 0) LogStatistics(spdlog::level::debug, scheduler);
   }
 }
 

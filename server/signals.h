@@ -22,10 +22,11 @@ void TakeSignals();
 // Until a signal ends the server; returns it. SIGUSR2 ends it as SIGTERM does, but may come again:
 // an operator may ask twice, or a supervisor after him. SIGUSR1 asks for statistics. SIGHUP comes
 // to servers that shall read their files again, and when a terminal is closed; neither ends this
-// one. A token file that cannot be used leaves the tokens as they are. `authentication`: null
-// without tokens.
+// one. A token file that cannot be used leaves the tokens as they are, and certificates that cannot
+// be used those before them, at which it looks every other second. `authentication`: null without
+// tokens; `tls`: null without encryption.
 int WaitForStop(const Config& config, Scheduler& scheduler, RateQuota& builder_rates,
-                api::Authentication* authentication);
+                api::Authentication* authentication, api::TlsInUse* tls);
 
 // Time for the last checkpoint of each session until the process counts as hanging.
 constexpr std::chrono::milliseconds kWritePatience{60'000};

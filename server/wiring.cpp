@@ -52,8 +52,9 @@ std::string WithPort(const std::string& listen, int port) {
 Result<api::ServerOptions> ToServerOptions(const Config& config) {
   api::ServerOptions options;
   options.listen = config.listen;
-  options.tls = config.tls;
-  DRAPE_RETURN_IF_ERROR(api::CheckTlsFiles(options.tls));
+  if (config.tls.is_on()) {
+    DRAPE_ASSIGN_OR_RETURN(options.tls, api::TlsInUse::Open(config.tls));
+  }
   options.allow_insecure = config.insecure;
   options.max_request_bytes = config.requests.max_request_bytes;
   options.max_calls_per_connection = config.max_calls_per_connection;

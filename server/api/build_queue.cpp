@@ -57,6 +57,10 @@ StopReason ClientStopReason(const Clock& clock, const Waiter& waiter) {
   };
 }
 
+namespace {
+
+// OK while a waiting or running build should go on; otherwise why it should stop. Call it only
+// while everything that `context` refers to exists.
 StopReason BuildStopReason(const ServiceContext& context, const Waiter& waiter) {
   return [&scheduler = context.scheduler,
           client = ClientStopReason(context.clock, waiter)]() -> Status {
@@ -68,21 +72,33 @@ StopReason BuildStopReason(const ServiceContext& context, const Waiter& waiter) 
   };
 }
 
+// Whether it was ended, or why not.
+Status TryBuild(const Build& build, const StopReason& stop_reason) {
+  return WithinMemory([&]() -> Status {
+    StopWhenUnwanted interruption([&] { return !stop_reason().ok(); });
+    try {
+      build(Status::Ok(), &interruption);
+      return Status::Ok();
+    } catch (const WorkStopped&) {
+      return stop_reason();  // once there is one, there always is
+    }
+  });
+}
+
+}  // namespace
+
 Status PostBuild(const ServiceContext& context, const Session& session, const Waiter& waiter,
-                 std::function<void(const Status&)> build) {
+                 Build build) {
   const BuildTime time(context.build_quota, context.clock, session.tenant());
   DRAPE_RETURN_IF_ERROR(time.Check());
   return context.builders.Post(session.owner(), [stop_reason = BuildStopReason(context, waiter),
                                                  time, build = std::move(build)] {
     Status status = stop_reason();
     if (status.ok()) status = time.Check();
-    if (!status.ok()) return build(status);
+    if (!status.ok()) return build(status, nullptr);
     time.Measure([&] {
-      const Status built = WithinMemory([&] {
-        build(Status::Ok());
-        return Status::Ok();
-      });
-      if (!built.ok()) build(built);
+      const Status built = TryBuild(build, stop_reason);
+      if (!built.ok()) build(built, nullptr);
     });
   });
 }

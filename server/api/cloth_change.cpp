@@ -53,11 +53,11 @@ Status CheckStepCosts(const ClothList& cloths, const ClothChange& change) {
   return Status::Ok();
 }
 
-Status BuildMaps(Update& update, const RequestLimits& limits, const StopReason& stop_reason) {
+Status BuildMaps(Update& update, const RequestLimits& limits, Interruption* interruption) {
   DRAPE_ASSIGN_OR_RETURN(
       const std::vector<ColliderMap> maps,
       BuildColliderMaps("spec.environment.colliders", update.meshes, limits.collider_mesh,
-                        stop_reason, update.session->maps()));
+                        interruption, update.session->maps()));
   if (update.change.colliders) {
     SetMaps(maps, *update.change.colliders, update.change.collider_motions);
   }
@@ -70,7 +70,7 @@ void BuildAndUpdate(const ServiceContext& context, const Waiter& waiter,
                     const std::shared_ptr<Update>& update);
 
 void UpdateNow(const ServiceContext& context, const Waiter& waiter,
-               const std::shared_ptr<Update>& update) {
+               const std::shared_ptr<Update>& update, Interruption* interruption = nullptr) {
   const ModelRules rules{
       .limits = context.limits.model,
       .accept = [update](const ClothDescription& before, const SceneModel& after) {
@@ -86,18 +86,19 @@ void UpdateNow(const ServiceContext& context, const Waiter& waiter,
         }
         update->End(ToAnswer(updated));
       },
-      rules, ClientStopReason(context.clock, waiter));
+      rules, ClientStopReason(context.clock, waiter), interruption);
 }
 
 void BuildAndUpdate(const ServiceContext& context, const Waiter& waiter,
                     const std::shared_ptr<Update>& update) {
-  const Status posted =
-      PostBuild(context, *update->session.session(), waiter, [=](const Status& status) {
-        if (!status.ok()) return update->End(status);
-        const Status maps = BuildMaps(*update, context.limits, BuildStopReason(context, waiter));
-        if (!maps.ok()) return update->End(maps);
-        UpdateNow(context, waiter, update);
-      });
+  const Status posted = PostBuild(context, *update->session.session(), waiter,
+                                  [=](const Status& status, Interruption* interruption) {
+                                    if (!status.ok()) return update->End(status);
+                                    const Status maps =
+                                        BuildMaps(*update, context.limits, interruption);
+                                    if (!maps.ok()) return update->End(maps);
+                                    UpdateNow(context, waiter, update, interruption);
+                                  });
   if (!posted.ok()) update->End(posted);
 }
 

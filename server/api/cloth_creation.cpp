@@ -75,11 +75,11 @@ Status CheckStepCosts(const SceneModel& model, const CheckedCreation& checked) {
   return Status::Ok();
 }
 
-Status BuildMaps(Creation& creation, const RequestLimits& limits, const StopReason& stop_reason) {
+Status BuildMaps(Creation& creation, const RequestLimits& limits, Interruption* interruption) {
   DRAPE_ASSIGN_OR_RETURN(
       const std::vector<ColliderMap> maps,
       BuildColliderMaps("spec.environment.colliders", creation.meshes, limits.collider_mesh,
-                        stop_reason, creation.session->maps()));
+                        interruption, creation.session->maps()));
   for (ClothCopy& copy : creation.checked.copies) {
     SetMaps(maps, copy.parameters.colliders, copy.parameters.collider_motions);
   }
@@ -88,28 +88,27 @@ Status BuildMaps(Creation& creation, const RequestLimits& limits, const StopReas
 }
 
 void BuildAndCreate(const std::shared_ptr<Creation>& creation, const RequestLimits& limits,
-                    const StopReason& stop_reason, const BackendDescription& backend) {
-  auto model = SceneModel::Build(*creation->checked.description, limits.model);
+                    const BackendDescription& backend, Interruption* interruption) {
+  auto model = SceneModel::Build(*creation->checked.description, limits.model, interruption);
   if (!model.ok()) return creation->End(Below("spec", model.status()));
   const Status cost = CheckStepCosts(**model, creation->checked);
   if (!cost.ok()) return creation->End(cost);
-  const Status maps = BuildMaps(*creation, limits, stop_reason);
+  const Status maps = BuildMaps(*creation, limits, interruption);
   if (!maps.ok()) return creation->End(maps);
   ClothCreation cloths{std::move(creation->checked.description), std::move(*model),
                        std::move(creation->checked.pins), std::move(creation->checked.copies),
                        std::move(creation->checked.world)};
-  const Status starts = FindClearStarts(cloths, stop_reason);
+  const Status starts = FindClearStarts(cloths, interruption);
   if (!starts.ok()) return creation->End(starts);
   // A client that has gone would not learn the ids.
-  const Status wanted = stop_reason();
-  if (!wanted.ok()) return creation->End(wanted);
+  Ask(interruption);
   const auto end = [creation](const Result<CreatedCloths>& created) {
     creation->End(ToAnswer(created));
   };
   if (creation->validate_only) {
     creation->session->CheckCloths(std::move(cloths), end);
   } else {
-    PrepareCloths(cloths, backend);
+    PrepareCloths(cloths, backend, interruption);
     creation->session->CreateCloths(std::move(cloths), end);
   }
 }
@@ -146,10 +145,10 @@ void StartCreation(const ServiceContext& context, const Caller& caller,
   const Waiter waiter{cancel, caller.deadline_us};
   const Status posted =
       PostBuild(context, *creation->session.session(), waiter,
-                [creation, limits = context.limits, stop_reason = BuildStopReason(context, waiter),
-                 backend = context.scheduler.description()](const Status& status) {
+                [creation, limits = context.limits, backend = context.scheduler.description()](
+                    const Status& status, Interruption* interruption) {
                   if (!status.ok()) return creation->End(status);
-                  BuildAndCreate(creation, limits, stop_reason, backend);
+                  BuildAndCreate(creation, limits, backend, interruption);
                 });
   if (!posted.ok()) creation->End(posted);
 }

@@ -21,13 +21,11 @@ std::vector<ColliderMesh> ReadColliderMeshes(
 Result<std::vector<ColliderMap>> BuildColliderMaps(const FieldPath& path,
                                                    std::span<const ColliderMesh> meshes,
                                                    const ClosedMeshLimits& limits,
-                                                   const StopReason& stop_reason,
+                                                   Interruption* interruption,
                                                    DistanceMapCache& cache) {
   std::vector<ColliderMap> maps;
   for (const ColliderMesh& mesh : meshes) {
-    Result<std::shared_ptr<const DistanceMap>> map =
-        cache.Get(mesh.mesh, limits, [&stop_reason] { return !stop_reason().ok(); });
-    DRAPE_RETURN_IF_ERROR(stop_reason());
+    Result<std::shared_ptr<const DistanceMap>> map = cache.Get(mesh.mesh, limits, interruption);
     if (!map.ok()) return Below(path.At(mesh.collider), map.status());
     maps.push_back({mesh.collider, std::move(map).value()});
   }

@@ -31,12 +31,12 @@ struct ColliderMap {
 };
 
 // Seconds of work: builder threads. INVALID_ARGUMENT with fields below `path`, that of the list
-// ("spec.environment.colliders[2].mesh.triangles[7]"), of the first mesh that is no solid; the stop
-// reason when there is one.
+// ("spec.environment.colliders[2].mesh.triangles[7]"), of the first mesh that is no solid.
+// `interruption`: asked now and then; null: nobody is.
 Result<std::vector<ColliderMap>> BuildColliderMaps(const FieldPath& path,
                                                    std::span<const ColliderMesh> meshes,
                                                    const ClosedMeshLimits& limits,
-                                                   const StopReason& stop_reason,
+                                                   Interruption* interruption,
                                                    DistanceMapCache& cache);
 
 // Gives the mesh colliders their distance maps, and bodies among them the pivots of their motions,

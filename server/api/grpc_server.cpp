@@ -80,8 +80,8 @@ std::string HostOf(const std::string& listen) {
 
 std::shared_ptr<grpc::ServerCredentials> CredentialsOf(const ServerOptions& options) {
   namespace grpc_tls = grpc::experimental;
-  const TlsFiles& files = options.tls;
-  if (!files.is_on()) return grpc::InsecureServerCredentials();
+  if (options.tls == nullptr) return grpc::InsecureServerCredentials();
+  const TlsFiles files = options.tls->copies();
   grpc_tls::TlsServerCredentialsOptions tls(
       std::make_shared<grpc_tls::FileWatcherCertificateProvider>(
           files.key, files.certificate, files.client_authorities, kReadAgain_s));
@@ -155,7 +155,7 @@ bool IsLoopback(const std::string& listen) {
 
 Result<std::unique_ptr<GrpcServer>> GrpcServer::Start(const ServerOptions& options,
                                                       const std::vector<grpc::Service*>& services) {
-  if (!options.tls.is_on() && !options.allow_insecure && !IsLoopback(options.listen)) {
+  if (options.tls == nullptr && !options.allow_insecure && !IsLoopback(options.listen)) {
     return Status(StatusCode::kFailedPrecondition, "INSECURE_ADDRESS",
                   "other machines can reach " + options.listen +
                       ": give --tls-cert and --tls-key, or spell out --insecure");

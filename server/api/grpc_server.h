@@ -19,7 +19,7 @@ enum class Channelz { kOff, kCounted, kServed };
 
 struct ServerOptions {
   std::string listen = "127.0.0.1:7743";  // HOST:PORT, port 0 = any free one; or unix:PATH
-  TlsFiles tls = {};
+  std::shared_ptr<TlsInUse> tls = {};     // null: no encryption
   // Needed to listen without TLS on an address that other machines can reach.
   bool allow_insecure = false;
   uint32_t max_request_bytes = 64u << 20;

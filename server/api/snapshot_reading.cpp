@@ -91,7 +91,7 @@ Result<ReadModel> ToModel(size_t number, const v1::ModelSnapshot& message,
   for (int k = 0; k < message.let_out_edges_size(); ++k) {
     checked.description.let_out.push_back({message.let_out_edges(k), message.let_out_lengths_m(k)});
   }
-  auto model = SceneModel::Build(checked.description, target.limits.model);
+  auto model = SceneModel::Build(checked.description, target.limits.model, target.interruption);
   if (!model.ok()) return Below(path, model.status());
   if (!target.is_inexact && (*model)->content_hash() != message.content_hash()) {
     return SnapshotDamaged("model " + std::to_string(number) + " is not the one that was saved");
@@ -108,8 +108,7 @@ Result<ReadMap> ToMap(size_t number, const v1::Mesh& message, const SnapshotTarg
   CheckMeshArrays(path, message, violations);
   DRAPE_RETURN_IF_ERROR(violations.ToStatus());
   auto map = target.session.maps().Get(ToTriangleMesh(message), target.limits.collider_mesh,
-                                       [&] { return !target.stop_reason().ok(); });
-  DRAPE_RETURN_IF_ERROR(target.stop_reason());
+                                       target.interruption);
   if (!map.ok()) return Below(path, map.status());
   DRAPE_ASSIGN_OR_RETURN(MapCharges charges, target.session.ChargeMaps({*map}));
   return ReadMap{std::move(*map), std::move(charges.at(0))};
@@ -303,7 +302,7 @@ Result<std::vector<SavedCloth>> ReadSnapshot(std::string_view bytes, const Snaps
   ReadShared shared;
   for (uint32_t k = 0; k < header.models(); ++k) {
     v1::ModelSnapshot message;
-    DRAPE_RETURN_IF_ERROR(target.stop_reason());
+    Ask(target.interruption);
     DRAPE_RETURN_IF_ERROR(reader.Read(message));
     DRAPE_ASSIGN_OR_RETURN(ReadModel model, ToModel(k, message, target));
     shared.models.push_back(std::move(model));
@@ -318,7 +317,7 @@ Result<std::vector<SavedCloth>> ReadSnapshot(std::string_view bytes, const Snaps
   std::vector<SavedCloth> cloths;
   for (uint32_t k = 0; k < header.cloths(); ++k) {
     v1::ClothSnapshot message;
-    DRAPE_RETURN_IF_ERROR(target.stop_reason());
+    Ask(target.interruption);
     DRAPE_RETURN_IF_ERROR(reader.Read(message));
     DRAPE_ASSIGN_OR_RETURN(SavedCloth cloth, ToCloth(k, message, shared, target));
     models.Name(message.model());

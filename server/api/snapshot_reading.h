@@ -5,8 +5,8 @@
 #include <string_view>
 #include <vector>
 
-#include "server/api/build_queue.h"
 #include "server/api/limits.h"
+#include "server/core/interruption.h"
 #include "server/core/status.h"
 #include "server/session/saved_states.h"
 #include "server/session/session.h"
@@ -18,7 +18,7 @@ namespace drape::api {
 struct SnapshotTarget {
   const BackendDescription& backend;
   const RequestLimits& limits;
-  const StopReason& stop_reason;
+  Interruption* interruption;  // asked now and then; null: nobody is
   Session& session;
   bool is_inexact = false;  // another build, backend or device is accepted
 };
@@ -26,7 +26,7 @@ struct SnapshotTarget {
 // Seconds of work: builder threads. The ids are the former ones; plans are open. Models, maps
 // and colliders count for the session as soon as they are read. INVALID_ARGUMENT (SNAPSHOT_DAMAGED;
 // INVALID_FIELDS: "cloths[2].runtime.pins[0]"), FAILED_PRECONDITION (SNAPSHOT_TOO_NEW,
-// OTHER_BUILD), RESOURCE_EXHAUSTED (QUOTA_EXCEEDED, REQUEST_TOO_LARGE), the stop reason.
+// OTHER_BUILD), RESOURCE_EXHAUSTED (QUOTA_EXCEEDED, REQUEST_TOO_LARGE).
 Result<std::vector<SavedCloth>> ReadSnapshot(std::string_view bytes, const SnapshotTarget& target);
 
 }  // namespace drape::api

@@ -21,7 +21,7 @@ Status ExportCall::Begin(const ServiceContext& context, const Caller& caller,
   next_ = request.offset();
   max_chunk_bytes_ = context.limits.max_chunk_bytes;
   return PostBuild(context, *session_.session(), {cancel_, caller.deadline_us},
-                   [this, &context, saved = std::move(saved)](const Status& status) {
+                   [this, &context, saved = std::move(saved)](const Status& status, Interruption*) {
                      const Status made = status.ok() ? Make(context, *saved) : status;
                      if (!made.ok()) return End(made);
                      WriteNext();
@@ -104,7 +104,8 @@ Status ImportReactor::Take(v1::ImportClothsRequest& request) {
 Status ImportReactor::Begin(const v1::ImportClothsRequest::Begin& begin) {
   tag_ = RequestTag("ImportCloths", caller_, begin);
   if (begin.total_bytes() == 0) {
-    return Status::InvalidField("begin.total_bytes", "is 0; the size of the snapshot is needed");
+    return Status::InvalidField("begin.total_bytes",
+                                "is 0: the snapshot is empty, or nobody has told its size");
   }
   DRAPE_ASSIGN_OR_RETURN(SessionLease session, context_.FindSession(caller_, begin.session()));
   DRAPE_ASSIGN_OR_RETURN(held_,
@@ -123,16 +124,15 @@ void ImportReactor::Import() {
   }
   if (!IsNew()) return;
   const Waiter waiter{cancel_, caller_.deadline_us};
-  const StopReason stop_reason = BuildStopReason(context_, waiter);
-  const Status posted =
-      PostBuild(context_, *session_.session(), waiter, [this, stop_reason](const Status& status) {
-        if (!status.ok()) return End(status);
-        Result<std::vector<SavedCloth>> cloths =
-            ReadSnapshot(bytes_, {context_.scheduler.description(), context_.limits, stop_reason,
-                                  *session_, begin_.inexact()});
-        if (!cloths.ok()) return End(cloths.status());
-        Create(std::move(*cloths));
-      });
+  const Status posted = PostBuild(context_, *session_.session(), waiter,
+                                  [this](const Status& status, Interruption* interruption) {
+                                    if (!status.ok()) return End(status);
+                                    Result<std::vector<SavedCloth>> cloths = ReadSnapshot(
+                                        bytes_, {context_.scheduler.description(), context_.limits,
+                                                 interruption, *session_, begin_.inexact()});
+                                    if (!cloths.ok()) return End(cloths.status());
+                                    Create(std::move(*cloths), interruption);
+                                  });
   if (!posted.ok()) End(posted);
 }
 
@@ -148,14 +148,17 @@ bool ImportReactor::IsNew() {
   return false;
 }
 
-void ImportReactor::Create(std::vector<SavedCloth> cloths) {
+void ImportReactor::Create(std::vector<SavedCloth> cloths, Interruption* interruption) {
   bytes_ = {};
   for (const SavedCloth& cloth : cloths) response_->add_former_cloth_ids(cloth.id.Packed());
-  session_->ImportCloths(std::move(cloths), [this](const Result<std::vector<ClothId>>& ids) {
-    if (!ids.ok()) return End(ids.status());
-    for (const ClothId id : *ids) response_->add_cloth_ids(id.Packed());
-    End(Status::Ok());
-  });
+  session_->ImportCloths(
+      std::move(cloths),
+      [this](const Result<std::vector<ClothId>>& ids) {
+        if (!ids.ok()) return End(ids.status());
+        for (const ClothId id : *ids) response_->add_cloth_ids(id.Packed());
+        End(Status::Ok());
+      },
+      interruption);
 }
 
 void ImportReactor::End(const Status& status) {

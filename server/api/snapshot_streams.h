@@ -47,7 +47,7 @@ class ImportReactor final : public grpc::ServerReadReactor<Unparsed<v1::ImportCl
   void Import();
   // Ends with the answer if it is known already. True: to be done.
   bool IsNew();
-  void Create(std::vector<SavedCloth> cloths);
+  void Create(std::vector<SavedCloth> cloths, Interruption* interruption);
   void End(const Status& status);
 
   const ServiceContext& context_;

@@ -1,13 +1,19 @@
 #include "server/api/tls_files.h"
 
+#include <fcntl.h>
 #include <openssl/bio.h>
 #include <openssl/err.h>
 #include <openssl/pem.h>
 #include <openssl/x509.h>
+#include <sys/mman.h>
+#include <unistd.h>
 
 #include <filesystem>
-#include <memory>
+#include <fstream>
+#include <iterator>
 #include <system_error>
+#include <utility>
+#include <vector>
 
 namespace drape::api {
 namespace {
@@ -28,11 +34,16 @@ Status TlsFileFailed(const std::string& path, const std::string& why) {
   return {StatusCode::kFailedPrecondition, "TLS_FILE_FAILED", "'" + path + "' " + why};
 }
 
-// Null: no such file.
-Bio Open(const std::string& path) {
+Result<std::string> ContentOf(const std::string& path) {
   std::error_code ignored;  // a missing file is not a regular file either
-  if (!std::filesystem::is_regular_file(path, ignored)) return nullptr;
-  return Bio(BIO_new_file(path.c_str(), "rb"));
+  std::ifstream file;
+  if (std::filesystem::is_regular_file(path, ignored)) file.open(path, std::ios::binary);
+  if (!file.is_open()) return TlsFileFailed(path, "cannot be read");
+  return std::string{std::istreambuf_iterator<char>(file), {}};
+}
+
+Bio Reading(const std::string& content) {
+  return Bio(BIO_new_mem_buf(content.data(), static_cast<int>(content.size())));
 }
 
 // A key that asks for a password is refused: nobody would be there to give it.
@@ -40,38 +51,113 @@ int NoPassword(char*, int, int, void*) {
   return -1;
 }
 
-Result<Certificate> ReadCertificate(const std::string& path) {
-  const Bio file = Open(path);
-  if (!file) return TlsFileFailed(path, "cannot be read");
-  Certificate certificate(PEM_read_bio_X509(file.get(), nullptr, NoPassword, nullptr));
-  if (!certificate) return TlsFileFailed(path, "has no certificate (PEM)");
-  return certificate;
+// At least one: the chain.
+Result<std::vector<Certificate>> ReadCertificates(const std::string& path) {
+  DRAPE_ASSIGN_OR_RETURN(const std::string content, ContentOf(path));
+  const Bio file = Reading(content);
+  std::vector<Certificate> chain;
+  while (X509* const next = PEM_read_bio_X509(file.get(), nullptr, NoPassword, nullptr)) {
+    chain.emplace_back(next);
+  }
+  if (chain.empty()) return TlsFileFailed(path, "has no certificate (PEM)");
+  ERR_clear_error();  // there are no more
+  return chain;
 }
 
 Result<Key> ReadKey(const std::string& path) {
-  const Bio file = Open(path);
-  if (!file) return TlsFileFailed(path, "cannot be read");
+  DRAPE_ASSIGN_OR_RETURN(const std::string content, ContentOf(path));
+  const Bio file = Reading(content);
   Key key(PEM_read_bio_PrivateKey(file.get(), nullptr, NoPassword, nullptr));
   if (!key) return TlsFileFailed(path, "has no private key without a password (PEM)");
   return key;
 }
 
+std::string Written(const Bio& bio) {
+  char* text = nullptr;
+  const long size = BIO_get_mem_data(bio.get(), &text);
+  return {text, static_cast<size_t>(size)};
+}
+
+// What of the files is used, as PEM.
+struct TlsContents {
+  std::string pair;         // key and chain, which belong together
+  std::string authorities;  // empty: none
+};
+
+Result<TlsContents> ReadTlsFiles(const TlsFiles& files) {
+  TlsContents contents;
+  if (files.is_on()) {
+    DRAPE_ASSIGN_OR_RETURN(const std::vector<Certificate> chain,
+                           ReadCertificates(files.certificate));
+    DRAPE_ASSIGN_OR_RETURN(const Key key, ReadKey(files.key));
+    if (X509_check_private_key(chain[0].get(), key.get()) != 1) {
+      return TlsFileFailed(files.key, "is not the key of '" + files.certificate + "'");
+    }
+    const Bio pair(BIO_new(BIO_s_mem()));
+    PEM_write_bio_PrivateKey(pair.get(), key.get(), nullptr, nullptr, 0, nullptr, nullptr);
+    for (const Certificate& one : chain) PEM_write_bio_X509(pair.get(), one.get());
+    contents.pair = Written(pair);
+  }
+  if (files.client_authorities.empty()) return contents;
+  DRAPE_ASSIGN_OR_RETURN(const std::vector<Certificate> authorities,
+                         ReadCertificates(files.client_authorities));
+  const Bio all(BIO_new(BIO_s_mem()));
+  for (const Certificate& one : authorities) PEM_write_bio_X509(all.get(), one.get());
+  contents.authorities = Written(all);
+  return contents;
+}
+
 }  // namespace
 
 Status CheckTlsFiles(const TlsFiles& files) {
-  if (files.is_on()) {
-    DRAPE_ASSIGN_OR_RETURN(const Certificate certificate, ReadCertificate(files.certificate));
-    DRAPE_ASSIGN_OR_RETURN(const Key key, ReadKey(files.key));
-    if (X509_check_private_key(certificate.get(), key.get()) != 1) {
-      return TlsFileFailed(files.key, "is not the key of '" + files.certificate + "'");
-    }
-  }
-  if (files.client_authorities.empty()) return Status::Ok();
-  return ReadCertificate(files.client_authorities).status();
+  return ReadTlsFiles(files).status();
 }
 
-std::optional<Status> TlsWatch::Look() {
-  Status now = CheckTlsFiles(files_);
+MemoryFile::~MemoryFile() {
+  if (descriptor_ >= 0) close(descriptor_);
+}
+
+Status MemoryFile::Replace(const std::string& content) {
+  if (content == content_) return Status::Ok();
+  const int filled = memfd_create("draped", MFD_CLOEXEC);
+  bool is_there = filled >= 0 && write(filled, content.data(), content.size()) ==
+                                     static_cast<ssize_t>(content.size());
+  if (is_there && descriptor_ < 0) {
+    descriptor_ = filled;
+  } else {
+    is_there = is_there && dup3(filled, descriptor_, O_CLOEXEC) >= 0;
+    if (filled >= 0) close(filled);
+  }
+  if (!is_there) {
+    return {StatusCode::kResourceExhausted, "TLS_FILE_FAILED",
+            "there is no memory, or no descriptor, for a copy"};
+  }
+  content_ = content;
+  return Status::Ok();
+}
+
+std::string MemoryFile::path() const {
+  return descriptor_ < 0 ? std::string() : "/proc/self/fd/" + std::to_string(descriptor_);
+}
+
+Result<std::shared_ptr<TlsInUse>> TlsInUse::Open(TlsFiles files) {
+  const std::shared_ptr<TlsInUse> in_use(new TlsInUse(std::move(files)));
+  DRAPE_RETURN_IF_ERROR(in_use->TakeFiles());
+  return in_use;
+}
+
+TlsFiles TlsInUse::copies() const {
+  return {pair_.path(), pair_.path(), authorities_.path()};
+}
+
+Status TlsInUse::TakeFiles() {
+  DRAPE_ASSIGN_OR_RETURN(const TlsContents contents, ReadTlsFiles(files_));
+  DRAPE_RETURN_IF_ERROR(pair_.Replace(contents.pair));
+  return authorities_.Replace(contents.authorities);
+}
+
+std::optional<Status> TlsInUse::Look() {
+  Status now = TakeFiles();
   if (now.ok() == last_.ok() && now.message() == last_.message()) return std::nullopt;
   last_ = now;
   return now;

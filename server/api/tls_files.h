@@ -1,6 +1,7 @@
 // The certificates that a server was told to use.
 #pragma once
 
+#include <memory>
 #include <optional>
 #include <string>
 #include <utility>
@@ -9,7 +10,7 @@
 
 namespace drape::api {
 
-// PEM files, read again while the server runs: renewed ones are used for new connections.
+// PEM files.
 struct TlsFiles {
   std::string certificate = {};  // the chain; with a key, or neither: no encryption
   std::string key = {};
@@ -24,17 +25,45 @@ struct TlsFiles {
 // the clear, nor refuses everybody.
 Status CheckTlsFiles(const TlsFiles& files);
 
-// Looks at the files of a server that runs: gRPC uses what is there, good or not. One thread.
-class TlsWatch {
+// A file in memory. Who opens it gets a whole content, the old one or the new one.
+class MemoryFile {
  public:
-  // Of files that are good.
-  explicit TlsWatch(TlsFiles files) : files_(std::move(files)) {}
+  MemoryFile() = default;
+  ~MemoryFile();
+  MemoryFile(const MemoryFile&) = delete;
+  MemoryFile& operator=(const MemoryFile&) = delete;
 
-  // What CheckTlsFiles says now, if it says something else than before.
+  // RESOURCE_EXHAUSTED: the content is what it was.
+  Status Replace(const std::string& content);
+  // For this process; empty before there is any content.
+  std::string path() const;
+
+ private:
+  std::string content_;
+  int descriptor_ = -1;
+};
+
+// What a server that runs uses of its files: gRPC watches copies in memory, which change only to
+// what is good, a certificate together with its key. While one of them is renewed and the other one
+// not yet, the old pair stays in use.
+class TlsInUse {
+ public:
+  // Errors as of CheckTlsFiles.
+  static Result<std::shared_ptr<TlsInUse>> Open(TlsFiles files);
+
+  // The chain and its key are one file.
+  TlsFiles copies() const;
+  // Takes what has changed, if it is good; what CheckTlsFiles says now, if it says something else
+  // than before. One thread at a time.
   std::optional<Status> Look();
 
  private:
+  explicit TlsInUse(TlsFiles files) : files_(std::move(files)) {}
+
+  Status TakeFiles();
+
   const TlsFiles files_;
+  MemoryFile pair_, authorities_;
   Status last_;
 };
 

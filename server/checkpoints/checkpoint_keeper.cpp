@@ -120,9 +120,8 @@ Status CheckpointKeeper::RecoverSession(const std::string& bytes) {
     head.session.issued.returns += start_ - head.stamp.start - 1;
   }
   head.session.checkpoint_unix_s = head.stamp.written_unix_s;
-  const api::StopReason never = [] { return Status::Ok(); };
   DRAPE_ASSIGN_OR_RETURN(SessionLease session, sessions_.Return(head.session));
-  api::SnapshotTarget target{scheduler_.description(), limits_, never, *session, false};
+  api::SnapshotTarget target{scheduler_.description(), limits_, nullptr, *session, false};
   Result<std::vector<SavedCloth>> cloths = api::ReadSnapshot(head.snapshot, target);
   const bool is_exact = cloths.ok() || cloths.status().reason() != "OTHER_BUILD";
   if (!is_exact) {

@@ -2,22 +2,19 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <functional>
 #include <span>
 #include <vector>
 
+#include "server/core/interruption.h"
 #include "server/scene/colliders.h"
 #include "server/scene/start_positions.h"
 
 namespace drape {
 
 struct AvoidedColliders {
-  std::span<const Collider> colliders;  // where they are
-  double thickness_m = 0;               // gap = distance to a collider - thickness
-  // Asked between sweeps: nobody wants the start any more, and what there is will do. Empty: never.
-  std::function<bool()> is_unwanted{};
-
-  bool AreUnwanted() const { return is_unwanted && is_unwanted(); }
+  std::span<const Collider> colliders;   // where they are
+  double thickness_m = 0;                // gap = distance to a collider - thickness
+  Interruption* interruption = nullptr;  // asked between sweeps; null: nobody is
 };
 
 // RestoreLengths (start_positions.h) with colliders as further demands: free particles inside leave

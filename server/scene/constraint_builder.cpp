@@ -203,9 +203,9 @@ ParticleSystem BuildGrid(const GridTopology& grid, const StructuralMaterial& mat
 }
 
 ParticleSystem BuildMesh(const TriangleMesh& drawn, const StructuralMaterial& material,
-                         const MeshImport& import) {
+                         const MeshImport& import, Interruption* interruption) {
   RepairedMesh repaired;
-  if (!import.as_drawn) repaired = RepairMesh(drawn);
+  if (!import.as_drawn) repaired = RepairMesh(drawn, interruption);
   const TriangleMesh& mesh = import.as_drawn ? drawn : repaired.mesh;
   ParticleSystem system;
   system.particle_of_vertex = std::move(repaired.vertex_of_drawn);
@@ -218,7 +218,9 @@ ParticleSystem BuildMesh(const TriangleMesh& drawn, const StructuralMaterial& ma
   system.dropped_triangles =
       static_cast<uint32_t>(drawn.triangles.size() - system.triangles.size());
   system.masses_kg = VertexMasses(mesh, system.triangles, material.areal_density_kg_per_m2);
+  Ask(interruption);
   const std::vector<MeshEdge> edges = UniqueEdges(system.triangles);
+  Ask(interruption);
   const auto crowded = std::ranges::find_if(edges, [](const MeshEdge& edge) {
     return edge.opposite_vertices.size() > kMaxTrianglesAtEdge;
   });
@@ -239,7 +241,8 @@ ParticleSystem BuildMesh(const TriangleMesh& drawn, const StructuralMaterial& ma
       AddBendingSprings(edge, material.bending_stiffness_n_per_m, system);
     }
   }
-  FitHingesToPlate(system.rest_positions_m, material.bending_rigidity_n_m, system.elastic_elements);
+  FitHingesToPlate(system.rest_positions_m, material.bending_rigidity_n_m, system.elastic_elements,
+                   interruption);
   return system;
 }
 
@@ -260,10 +263,10 @@ ParticleSystem BuildParticles(const ParticleTopology& particles) {
 }
 
 ParticleSystem BuildParticleSystem(const Topology& topology, const StructuralMaterial& material,
-                                   const MeshImport& mesh_import) {
+                                   const MeshImport& mesh_import, Interruption* interruption) {
   if (const auto* grid = std::get_if<GridTopology>(&topology)) return BuildGrid(*grid, material);
   if (const auto* mesh = std::get_if<TriangleMesh>(&topology))
-    return BuildMesh(*mesh, material, mesh_import);
+    return BuildMesh(*mesh, material, mesh_import, interruption);
   return BuildParticles(std::get<ParticleTopology>(topology));
 }
 

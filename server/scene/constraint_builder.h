@@ -2,6 +2,7 @@
 // validated.
 #pragma once
 
+#include "server/core/interruption.h"
 #include "server/scene/description.h"
 #include "server/scene/elastic_elements.h"
 #include "server/scene/mesh.h"
@@ -45,7 +46,7 @@ ParticleSystem BuildGrid(const GridTopology& grid, const StructuralMaterial& mat
 // 1e-12 of the squared longest edge are dropped and counted. Vertices without triangle are kept as
 // particles with the mean mass of the others.
 ParticleSystem BuildMesh(const TriangleMesh& mesh, const StructuralMaterial& material,
-                         const MeshImport& import = {});
+                         const MeshImport& import = {}, Interruption* interruption = nullptr);
 
 // The rest length of a connection that has none of its own: the distance of its particles in the
 // rest shape. 1 if that distance does not exist or is 0, so that only the cause (a bad index,
@@ -54,7 +55,9 @@ double RestDistance_m(uint32_t i, uint32_t j, const std::vector<Eigen::Vector3d>
 
 ParticleSystem BuildParticles(const ParticleTopology& particles);
 
+// `interruption`: asked now and then; null: nobody is.
 ParticleSystem BuildParticleSystem(const Topology& topology, const StructuralMaterial& material,
-                                   const MeshImport& mesh_import = {});
+                                   const MeshImport& mesh_import = {},
+                                   Interruption* interruption = nullptr);
 
 }  // namespace drape

@@ -75,18 +75,17 @@ Vector3d InterpolatedGradient(const std::array<double, 8>& corners, const Vector
 
 }  // namespace
 
-Result<std::shared_ptr<const DistanceMap>> DistanceMap::Build(
-    const TriangleMesh& mesh, const DistanceMapSettings& settings, const ClosedMeshLimits& limits,
-    const std::function<bool()>& is_cancelled) {
+Result<std::shared_ptr<const DistanceMap>> DistanceMap::Build(const TriangleMesh& mesh,
+                                                              const DistanceMapSettings& settings,
+                                                              const ClosedMeshLimits& limits,
+                                                              Interruption* interruption) {
   auto violations = CheckSettings(settings);
   if (violations.empty()) violations = CheckClosedMesh(mesh, limits);
   if (!violations.empty()) return Status::InvalidFields(std::move(violations));
   const auto map = std::shared_ptr<DistanceMap>(new DistanceMap());
   map->mesh_ = mesh;
   map->SetGrid(settings);
-  if (!map->SetSamples(is_cancelled)) {
-    return Status(StatusCode::kCancelled, "CANCELLED", "nobody waits for the map any more");
-  }
+  map->SetSamples(interruption);
   if (const auto contradiction = map->FindContradiction()) {
     const Vector3d& p = *contradiction;
     return Status::InvalidField(
@@ -123,14 +122,14 @@ void DistanceMap::SetGrid(const DistanceMapSettings& settings) {
 }
 
 // Row by row there and back, so that each sample's nearest triangle is a good guess for the next.
-bool DistanceMap::SetSamples(const std::function<bool()>& is_cancelled) {
+void DistanceMap::SetSamples(Interruption* interruption) {
   const MeshDistance exact(mesh_);
   const auto [nx, ny, nz] = sample_counts_;
   samples_m_.resize(Product(sample_counts_));
   uint32_t guess = 0;
   float largest = 0;
   for (uint32_t k = 0; k < nz; ++k) {
-    if (is_cancelled && is_cancelled()) return false;
+    Ask(interruption);
     for (uint32_t row = 0; row < ny; ++row) {
       const uint32_t j = k % 2 == 0 ? row : ny - 1 - row;
       for (uint32_t step = 0; step < nx; ++step) {
@@ -146,7 +145,6 @@ bool DistanceMap::SetSamples(const std::function<bool()>& is_cancelled) {
   // Storing as floats costs half a unit in the last place of the largest sample.
   error_bound_m_ = 0.5 * std::sqrt(3.0) * cell_m_ + Rounding() +
                    0.5 * static_cast<double>(largest * std::numeric_limits<float>::epsilon());
-  return true;
 }
 
 // Distances of neighbouring samples differ by at most their spacing; where the sign is wrong on one

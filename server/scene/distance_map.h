@@ -4,12 +4,12 @@
 #include <Eigen/Core>
 #include <array>
 #include <cstdint>
-#include <functional>
 #include <memory>
 #include <optional>
 #include <span>
 #include <vector>
 
+#include "server/core/interruption.h"
 #include "server/core/status.h"
 #include "server/scene/closed_mesh.h"
 #include "server/scene/description.h"
@@ -43,11 +43,12 @@ class DistanceMap {
   // Checks settings and mesh (closed_mesh.h) and refuses surfaces that cross themselves or have
   // parts inside out, as far as the samples show it. Fields: "mesh.positions_m[3]",
   // "mesh.triangles[7]", "resolution", "max_samples". Single threaded and slow, seconds rather than
-  // milliseconds (distance_maps.md): not for a thread that others wait for. `is_cancelled` is
-  // called before each layer of samples; once it returns true: CANCELLED.
-  static Result<std::shared_ptr<const DistanceMap>> Build(
-      const TriangleMesh& mesh, const DistanceMapSettings& settings = {},
-      const ClosedMeshLimits& limits = {}, const std::function<bool()>& is_cancelled = {});
+  // milliseconds (distance_maps.md): not for a thread that others wait for. `interruption` is
+  // asked before each layer of samples; null: nobody is.
+  static Result<std::shared_ptr<const DistanceMap>> Build(const TriangleMesh& mesh,
+                                                          const DistanceMapSettings& settings = {},
+                                                          const ClosedMeshLimits& limits = {},
+                                                          Interruption* interruption = nullptr);
 
   // Distance at a finite point in the mesh's frame.
   double DistanceAt(const Eigen::Vector3d& p) const;
@@ -90,8 +91,7 @@ class DistanceMap {
     Eigen::Vector3d outside_m;        // from the nearest point of the box to p
   };
   void SetGrid(const DistanceMapSettings& settings);
-  // False: cancelled.
-  bool SetSamples(const std::function<bool()>& is_cancelled);
+  void SetSamples(Interruption* interruption);
   std::optional<Eigen::Vector3d> FindContradiction() const;
   // Rounding of positions in double precision [m].
   double Rounding() const;

@@ -103,14 +103,14 @@ class HingeFit {
     FindRim();
   }
 
-  std::vector<double> Solve() {
+  std::vector<double> Solve(Interruption* interruption) {
     energies_.resize(hinges_.size());
     for (int round = 0; round < kRounds; ++round) {
-      LetYield();
+      LetYield(interruption);
       FindEnergies();
-      Fit();
+      Fit(interruption);
     }
-    KeepWhereBad();
+    KeepWhereBad(interruption);
     return factors_;
   }
 
@@ -213,7 +213,7 @@ class HingeFit {
   double Stiffness(size_t h) const { return factors_[h] / areas_[h]; }
 
   // What the vertices give way to a curve, by a few steps of conjugate gradients from 0.
-  void LetYield() {
+  void LetYield(Interruption* interruption) {
     const size_t count = vertices_.size();
     std::vector<double> pivots(count, 0.0);
     Responses rest(count, Response::Zero());
@@ -232,6 +232,7 @@ class HingeFit {
     Responses way(count, Response::Zero()), pull(count);
     double size = 0;
     for (int step = 0; step < kYieldSteps; ++step) {
+      Ask(interruption);
       double new_size = 0;
       for (size_t v = 0; v < count; ++v) new_size += InnerProduct(rest[v], solve(v));
       const double keep = step == 0 ? 0 : new_size / size;
@@ -322,7 +323,7 @@ class HingeFit {
   }
 
   // Least squares, by conjugate gradients.
-  void Fit() {
+  void Fit(Interruption* interruption) {
     Energies errors = OfPatches(factors_);
     std::vector<double> changes = factors_;
     for (double& change : changes) change -= 1;
@@ -331,6 +332,7 @@ class HingeFit {
     std::vector<double> way(rest.size(), 0.0);
     double size = 0;
     for (int step = 0; step < kFitSteps; ++step) {
+      Ask(interruption);
       double new_size = 0;
       for (size_t h = 0; h < rest.size(); ++h) new_size += rest[h] * rest[h] / areas_[h];
       const double keep = step == 0 ? 0 : new_size / size;
@@ -351,8 +353,8 @@ class HingeFit {
   }
 
   // Where no stiffness makes hinges a plate they stay as they are, exact along their edges.
-  void KeepWhereBad() {
-    LetYield();
+  void KeepWhereBad(Interruption* interruption) {
+    LetYield(interruption);
     FindEnergies();
     const Energies found = OfPatches(factors_);
     std::vector<double> trust(vertices_.size(), 0.0), around(vertices_.size(), 0.0);
@@ -388,9 +390,10 @@ class HingeFit {
 }  // namespace
 
 void FitHingesToPlate(std::span<const Vector3d> positions_m, double rigidity_n_m,
-                      std::span<ElasticElement> hinges) {
+                      std::span<ElasticElement> hinges, Interruption* interruption) {
   if (hinges.empty()) return;
-  const std::vector<double> factors = HingeFit(positions_m, hinges, rigidity_n_m).Solve();
+  const std::vector<double> factors =
+      HingeFit(positions_m, hinges, rigidity_n_m).Solve(interruption);
   for (size_t h = 0; h < hinges.size(); ++h) hinges[h].stiffness_n_per_m *= factors[h];
 }
 

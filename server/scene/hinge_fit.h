@@ -4,6 +4,7 @@
 
 #include <span>
 
+#include "server/core/interruption.h"
 #include "server/scene/elastic_elements.h"
 
 namespace drape {
@@ -13,8 +14,8 @@ namespace drape {
 // direction within the sheet, is as close to that of the plate as hinges can make it. Within two
 // edges of the rim they stay as they are: what vertices give way more there makes up for what they
 // are too stiff (strips four cells wide of irregular meshes bend as the elastica). Linear time.
-// Pure; any thread.
+// `interruption`: asked now and then; null: nobody is. Any thread.
 void FitHingesToPlate(std::span<const Eigen::Vector3d> positions_m, double rigidity_n_m,
-                      std::span<ElasticElement> hinges);
+                      std::span<ElasticElement> hinges, Interruption* interruption = nullptr);
 
 }  // namespace drape

@@ -6,18 +6,21 @@
 #include <mutex>
 #include <unordered_map>
 
+#include "server/core/interruption.h"
 #include "server/scene/scene_model.h"
 
 namespace drape {
 
-// One Made(model) per model, for as long as somebody uses it. Thread-safe; who gets what is there
-// does not wait for others who make another one.
+// One Made(model, interruption) per model, for as long as somebody uses it. Thread-safe; who gets
+// what is there does not wait for others who make another one.
 template <class Made>
 class MadePerModel {
  public:
-  std::shared_ptr<const Made> Get(const std::shared_ptr<const SceneModel>& model) {
+  // `interruption`: of the making; null: nobody is asked.
+  std::shared_ptr<const Made> Get(const std::shared_ptr<const SceneModel>& model,
+                                  Interruption* interruption = nullptr) {
     if (auto found = Find(model.get())) return found;
-    auto made = std::make_shared<const Made>(*model);
+    auto made = std::make_shared<const Made>(*model, interruption);
     const std::lock_guard lock(mutex_);
     Entry& entry = entries_[model.get()];
     auto other = entry.model.expired() ? nullptr : entry.made.lock();

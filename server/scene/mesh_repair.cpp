@@ -73,13 +73,19 @@ class Repair {
     member_count_.assign(stands_for_.size(), 1);
   }
 
-  RepairedMesh Run() {
+  RepairedMesh Run(Interruption* interruption) {
     DropTriangles();
+    Ask(interruption);
     const double typical_m = LeastTypicalEdge_m(mesh_);
+    Ask(interruption);
     Weld(kWeldShare * typical_m);
+    Ask(interruption);
     Collapse(kCollapseShare * typical_m);
+    Ask(interruption);
     TurnCaps();
+    Ask(interruption);
     Orient();
+    Ask(interruption);
     for (const MeshEdge& edge : UniqueEdges(mesh_.triangles)) {
       counts_.non_manifold_edges += edge.opposite_vertices.size() > 2;
     }
@@ -357,8 +363,8 @@ double LeastTypicalEdge_m(const TriangleMesh& mesh) {
   return *tenth;
 }
 
-RepairedMesh RepairMesh(const TriangleMesh& drawn) {
-  return Repair(drawn).Run();
+RepairedMesh RepairMesh(const TriangleMesh& drawn, Interruption* interruption) {
+  return Repair(drawn).Run(interruption);
 }
 
 }  // namespace drape

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "server/core/interruption.h"
 #include "server/scene/description.h"
 
 namespace drape {
@@ -48,6 +49,7 @@ struct RepairedMesh {
 
 // The corners are indices of positions that are finite. A pure function; about linear time. A mesh
 // without defects keeps all its bits.
-RepairedMesh RepairMesh(const TriangleMesh& drawn);
+// `interruption`: asked between its stages; null: nobody is.
+RepairedMesh RepairMesh(const TriangleMesh& drawn, Interruption* interruption = nullptr);
 
 }  // namespace drape

@@ -134,16 +134,18 @@ SpringEnds GatherSpringEnds(const std::vector<Spring>& springs, uint32_t particl
 }  // namespace
 
 Result<std::shared_ptr<const SceneModel>> SceneModel::Build(const ModelDescription& description,
-                                                            const ModelLimits& limits) {
+                                                            const ModelLimits& limits,
+                                                            Interruption* interruption) {
   auto violations = CheckDescription(description, limits);
   if (!violations.empty()) return Status::InvalidFields(std::move(violations));
-  ParticleSystem system =
-      BuildParticleSystem(description.topology, description.material, description.mesh_import);
+  ParticleSystem system = BuildParticleSystem(description.topology, description.material,
+                                              description.mesh_import, interruption);
   violations = CheckLetOut(description, system.distance_constraints.size());
   if (!violations.empty()) return Status::InvalidFields(std::move(violations));
   for (const LetOutLink& link : description.let_out) {
     system.distance_constraints[link.constraint].rest_length_m = link.rest_length_m;
   }
+  Ask(interruption);
   violations = CheckParticleSystem(description, system, limits);
   if (!violations.empty()) return Status::InvalidFields(std::move(violations));
 
@@ -156,14 +158,16 @@ Result<std::shared_ptr<const SceneModel>> SceneModel::Build(const ModelDescripti
     model->grid_columns_ = grid->columns;
     model->grid_rows_ = grid->rows;
   }
-  model->SetConnections(system);
+  model->SetConnections(system, interruption);
+  Ask(interruption);
   model->SetScales();
-  model->SetStart();
+  model->SetStart(interruption);
   model->triangles_ = std::move(system.triangles);
   model->triangle_shares_ =
       ShareTriangles(model->rest_positions_m_, model->masses_kg_, model->triangles_,
                      model->grid_columns_ > 0 ? ParticleAreas::kEqual : ParticleAreas::kThirds);
   model->dropped_triangles_ = system.dropped_triangles;
+  Ask(interruption);
   model->content_hash_ = model->HashContent();
   return std::shared_ptr<const SceneModel>(model);
 }
@@ -189,14 +193,19 @@ void SceneModel::SetParticles(std::vector<Eigen::Vector3d> positions_m,
   for (const uint32_t pin : pins_) inverse_masses_per_kg_[pin] = 0;
 }
 
-void SceneModel::SetConnections(ParticleSystem& system) {
+void SceneModel::SetConnections(ParticleSystem& system, Interruption* interruption) {
   std::vector<bool> is_pin(particle_count(), false);
   for (const uint32_t pin : pins_) is_pin[pin] = true;
   SetConstraints(is_pin, std::move(system.distance_constraints));
+  Ask(interruption);
   SetJoints(is_pin, std::move(system.point_joints));
+  Ask(interruption);
   tethers_ = FindTethers(rest_positions_m_, constraints_, joints_, pins_);
-  strips_ = FindStrips(rest_positions_m_, constraints_, is_pin);
+  Ask(interruption);
+  strips_ = FindStrips(rest_positions_m_, constraints_, is_pin, interruption);
+  Ask(interruption);
   AddWaysBack(WaysBack(strips_, constraints_, inverse_masses_per_kg_), strips_);
+  Ask(interruption);
   hangs_by_strips_ = HangsByStrips(strips_, is_pin);
   spans_ = FindSpans(strips_, is_pin);
   springs_ = std::move(system.springs);
@@ -204,11 +213,14 @@ void SceneModel::SetConnections(ParticleSystem& system) {
   SpringEnds gathered = GatherSpringEnds(springs_, particle_count());
   spring_offsets_ = std::move(gathered.offsets);
   spring_ends_ = std::move(gathered.ends);
+  Ask(interruption);
   elastic_elements_ = std::move(system.elastic_elements);
   std::erase_if(elastic_elements_,
                 [&](const ElasticElement& element) { return MovesPinsAlone(is_pin, element); });
   StiffenAtClamps(is_pin, elastic_elements_);
+  Ask(interruption);
   elastic_shares_ = ShareElasticElements(inverse_masses_per_kg_, elastic_elements_);
+  Ask(interruption);
   elastic_lines_ = FindElasticLines(elastic_elements_, grid_columns_, grid_rows_);
 }
 
@@ -295,11 +307,11 @@ LengthDemands SceneModel::length_demands() const {
           .tethers = tethers_};
 }
 
-void SceneModel::SetStart() {
+void SceneModel::SetStart(Interruption* interruption) {
   start_errors_ = rest_errors_ = FindLengthErrors(length_demands(), rest_positions_m_);
   if (!NeedsRestoring(rest_errors_)) return;
   start_positions_m_ = rest_positions_m_;
-  start_errors_ = RestoreLengths(length_demands(), start_positions_m_);
+  start_errors_ = RestoreLengths(length_demands(), start_positions_m_, interruption);
 }
 
 double SceneModel::elastic_frequency_sq_bound() const {

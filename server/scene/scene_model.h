@@ -5,6 +5,7 @@
 #include <span>
 #include <string>
 
+#include "server/core/interruption.h"
 #include "server/core/status.h"
 #include "server/scene/constraint_builder.h"
 #include "server/scene/description.h"
@@ -43,9 +44,11 @@ class SceneModel {
   // Checks every index, length, mass and coefficient and names the field as it stands in
   // drape.v1.ClothSpec ("grid.columns", "mesh.triangles[7]", "particles.masses_kg[3]",
   // "material.areal_density_kg_per_m2", "pins[2].particle", ...); several violations at once (at
-  // most 16).
+  // most 16). Up to half a minute of the largest ones: `interruption` is asked now and then; null:
+  // nobody is.
   static Result<std::shared_ptr<const SceneModel>> Build(const ModelDescription& description,
-                                                         const ModelLimits& limits = {});
+                                                         const ModelLimits& limits = {},
+                                                         Interruption* interruption = nullptr);
 
   uint32_t particle_count() const { return static_cast<uint32_t>(masses_kg_.size()); }
   // Particles by which clients count: more than particle_count() where the repair of a mesh made
@@ -174,11 +177,11 @@ class SceneModel {
   void SetVertices(std::vector<uint32_t> particle_of_vertex);
   void SetParticles(std::vector<Eigen::Vector3d> positions_m, std::vector<double> masses_kg,
                     std::vector<uint32_t> pins);
-  void SetConnections(ParticleSystem& system);
+  void SetConnections(ParticleSystem& system, Interruption* interruption);
   void SetConstraints(const std::vector<bool>& is_pin, std::vector<DistanceConstraint> constraints);
   void SetJoints(const std::vector<bool>& is_pin, std::vector<PointJoint> joints);
   void SetScales();
-  void SetStart();
+  void SetStart(Interruption* interruption);
   uint64_t HashContent() const;
 
   std::vector<uint32_t> particle_of_vertex_;  // empty: each its own

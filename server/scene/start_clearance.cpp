@@ -235,7 +235,7 @@ ClearStart ClearOfColliders(const LengthDemands& demands, const AvoidedColliders
   LengthDemands kept = demands;
   kept.constraints = links;
   for (WayOut& way : WayFinder(demands, avoided, up, positions_m).Find(described.knots)) {
-    if (avoided.AreUnwanted()) break;
+    Ask(avoided.interruption);
     const LengthErrors errors = RestoreLengths(kept, way.positions_m, avoided);
     if (NeedsRestoring(errors)) continue;
     if (!FindKnots(demands, avoided, way.positions_m).knots.empty()) continue;

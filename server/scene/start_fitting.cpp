@@ -50,7 +50,7 @@ class Fitting {
       for (int sweep = 0; sweep < kSweepsPerLook; ++sweep) {
         Sweep(sweep % 2 == 1, 1);
         LeaveCollidersOnce();
-        if (avoided_.AreUnwanted()) return {};
+        Ask(avoided_.interruption);
       }
       spent += kSweepsPerLook * visits;
       before = now;
@@ -60,7 +60,7 @@ class Fitting {
     for (int sweep = 1; sweep <= kSharingSweeps; ++sweep) {
       Sweep(sweep % 2 == 1, 1.0 / (1 + kSharing * sweep));
       LeaveCollidersOnce();
-      if (avoided_.AreUnwanted()) return {};
+      Ask(avoided_.interruption);
     }
     LeaveColliders();
     FittedStart fitted;
@@ -125,7 +125,8 @@ class Fitting {
 
   void LeaveColliders() {
     for (int pass = 0; pass < kPassesOut; ++pass) {
-      if (!LeaveCollidersOnce() || avoided_.AreUnwanted()) return;
+      if (!LeaveCollidersOnce()) return;
+      Ask(avoided_.interruption);
     }
   }
 

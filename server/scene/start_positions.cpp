@@ -195,7 +195,7 @@ class Restoration {
 
   // Every demand in turn, at the positions after the one before.
   void Sweep(bool is_backward) {
-    if (avoided_.AreUnwanted()) work_ = kMaxWork;
+    Ask(avoided_.interruption);
     for (size_t k = 0; k < order_.size(); ++k) {
       const uint32_t next = order_[is_backward ? order_.size() - 1 - k : k];
       Meet(RowOf(demands_.constraints[next]));
@@ -240,7 +240,7 @@ class Restoration {
     if (order_.size() + 3 * demands_.joints.size() > kMaxNewtonRows) return;
     uint32_t failures = 0;
     for (uint32_t step = 0; step < kMaxNewtonSteps && work_ < kMaxWork; ++step) {
-      if (avoided_.AreUnwanted()) return;
+      Ask(avoided_.interruption);
       if (best_errors_.max <= kRestoredError || failures > kPatience) return;
       const std::vector<Vector3d> motion = LeastMotion();
       double longest_m = 0;
@@ -311,8 +311,9 @@ bool NeedsRestoring(const LengthErrors& errors) {
   return errors.max > kMaxStartError || errors.rms > kMaxStartRmsError;
 }
 
-LengthErrors RestoreLengths(const LengthDemands& demands, std::vector<Vector3d>& positions_m) {
-  return RestoreLengths(demands, positions_m, {});
+LengthErrors RestoreLengths(const LengthDemands& demands, std::vector<Vector3d>& positions_m,
+                            Interruption* interruption) {
+  return RestoreLengths(demands, positions_m, {{}, 0, interruption});
 }
 
 LengthErrors RestoreLengths(const LengthDemands& demands, std::vector<Vector3d>& positions_m,

@@ -6,6 +6,7 @@
 #include <span>
 #include <vector>
 
+#include "server/core/interruption.h"
 #include "server/scene/description.h"
 #include "server/scene/tethers.h"
 
@@ -47,8 +48,8 @@ inline constexpr double kRestoredError = 1e-6;
 // particles on a line), it is repeated from slightly disordered positions, the same every time.
 // Demands that contradict each other are met as well as possible; so are those of cloths so large
 // that the work is cut off after some seconds. Returns the errors that are left, never larger (RMS)
-// than before. Any thread.
-LengthErrors RestoreLengths(const LengthDemands& demands,
-                            std::vector<Eigen::Vector3d>& positions_m);
+// than before. `interruption`: asked between sweeps; null: nobody is. Any thread.
+LengthErrors RestoreLengths(const LengthDemands& demands, std::vector<Eigen::Vector3d>& positions_m,
+                            Interruption* interruption = nullptr);
 
 }  // namespace drape

@@ -60,11 +60,16 @@ class PathCover {
     std::vector<uint32_t> particles;  // one more
   };
 
-  std::vector<Path> Find() {
-    for (uint32_t p = 0; p < positions_.size(); ++p) JoinEdgesOf(p);
+  std::vector<Path> Find(Interruption* interruption) {
+    SeldomInterruption seldom(interruption);
+    for (uint32_t p = 0; p < positions_.size(); ++p) {
+      seldom.Check();
+      JoinEdgesOf(p);
+    }
     std::vector<Path> paths;
     // Starts at ends, then takes the rest: rings, from their first edge.
     for (uint32_t c = 0; c < constraints_.size(); ++c) {
+      seldom.Check();
       if (is_taken_[c]) continue;
       if (MateAt(c, constraints_[c].i) == kNone) {
         Trace(c, constraints_[c].i, paths);
@@ -73,6 +78,7 @@ class PathCover {
       }
     }
     for (uint32_t c = 0; c < constraints_.size(); ++c) {
+      seldom.Check();
       if (!is_taken_[c]) Trace(c, constraints_[c].i, paths);
     }
     return paths;
@@ -159,12 +165,14 @@ class PathCover {
 using Path = PathCover::Path;
 
 // First fit; [path_count]. A particle's taken phases are a list: few paths meet in one.
-std::vector<uint32_t> ChoosePhases(const std::vector<Path>& paths,
-                                   const std::vector<bool>& is_pin) {
+std::vector<uint32_t> ChoosePhases(const std::vector<Path>& paths, const std::vector<bool>& is_pin,
+                                   Interruption* interruption) {
+  SeldomInterruption seldom(interruption);
   std::vector<std::vector<uint32_t>> taken(is_pin.size());
   std::vector<uint32_t> phases;
   std::vector<uint32_t> blocker;  // [phase] the last path that cannot be in it
   for (uint32_t path = 0; path < paths.size(); ++path) {
+    seldom.Check();
     for (const uint32_t p : paths[path].particles) {
       for (const uint32_t phase : taken[p]) blocker[phase] = path;
     }
@@ -216,11 +224,13 @@ void AddPhaseAgain(uint32_t phase, StripSet& strips) {
 
 StripSet FindStrips(std::span<const Vector3d> rest_positions_m,
                     std::span<const DistanceConstraint> constraints,
-                    const std::vector<bool>& is_pin) {
-  std::vector<Path> paths = PathCover(rest_positions_m, constraints).Find();
+                    const std::vector<bool>& is_pin, Interruption* interruption) {
+  std::vector<Path> paths = PathCover(rest_positions_m, constraints).Find(interruption);
+  Ask(interruption);
   std::stable_sort(paths.begin(), paths.end(),
                    [](const Path& a, const Path& b) { return a.links.size() > b.links.size(); });
-  const std::vector<uint32_t> phases = ChoosePhases(paths, is_pin);
+  const std::vector<uint32_t> phases = ChoosePhases(paths, is_pin, interruption);
+  Ask(interruption);
   std::vector<uint32_t> order(paths.size());
   std::iota(order.begin(), order.end(), 0);
   std::stable_sort(order.begin(), order.end(),

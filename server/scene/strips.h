@@ -7,6 +7,7 @@
 #include <span>
 #include <vector>
 
+#include "server/core/interruption.h"
 #include "server/scene/description.h"
 
 namespace drape {
@@ -39,10 +40,11 @@ struct StripSet {
 // joined, less than 70 degrees from straight, those of a chain always. This cuts the graph into
 // paths: the rows and columns of a grid, the three directions of a regular triangle mesh, a chain
 // as a whole. Paths go into the first phase they fit, longest first. Deterministic; about linear in
-// the constraints. Without ways back. `is_pin`: [particle_count].
+// the constraints. Without ways back. `is_pin`: [particle_count]. `interruption`: asked now and
+// then; null: nobody is.
 StripSet FindStrips(std::span<const Eigen::Vector3d> rest_positions_m,
                     std::span<const DistanceConstraint> constraints,
-                    const std::vector<bool>& is_pin);
+                    const std::vector<bool>& is_pin, Interruption* interruption = nullptr);
 
 // How often a sweep has to come back through its phases: 0, 1 or 2 times. The errors that a sweep
 // there and back leaves are mapped by a symmetric matrix, whose eigenvalues are real and within [0,

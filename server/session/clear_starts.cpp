@@ -28,32 +28,31 @@ bool AreAlike(const ClothCopy& a, const ClothCopy& b) {
 }
 
 std::shared_ptr<const ClearStart> FindStartOf(const SceneModel& model, bool may_let_out,
-                                              const ClothCopy& copy,
-                                              const std::function<Status()>& stop_reason) {
+                                              const ClothCopy& copy, Interruption* interruption) {
   const Placement placement{copy.environment_origin_m, OriginInEnvironment(model, copy.transform)};
   const ParticleState described = PlaceAtStart(model, copy.transform, placement);
-  ClearStart start =
-      FindClearStart(model, InClothFrame(copy.parameters, placement), described.positions_m,
-                     may_let_out, [&] { return !stop_reason().ok(); });
+  ClearStart start = FindClearStart(model, InClothFrame(copy.parameters, placement),
+                                    described.positions_m, may_let_out, interruption);
   if (start.clearance == StartClearance::kFree) return nullptr;
   return std::make_shared<const ClearStart>(std::move(start));
 }
 
 // Gives the copy a model with the lengths that its start lets out.
-Status LetOut(const ModelDescription& description, ClothCopy& copy) {
+Status LetOut(const ModelDescription& description, ClothCopy& copy, Interruption* interruption) {
   if (copy.start == nullptr || copy.start->let_out.empty()) return Status::Ok();
   auto changed = std::make_shared<ModelDescription>(description);
   changed->let_out = copy.start->let_out;
   // Its sizes have been checked.
   constexpr uint32_t kNoLimit = std::numeric_limits<uint32_t>::max();
-  DRAPE_ASSIGN_OR_RETURN(copy.model, SceneModel::Build(*changed, {kNoLimit, kNoLimit, kNoLimit}));
+  DRAPE_ASSIGN_OR_RETURN(copy.model,
+                         SceneModel::Build(*changed, {kNoLimit, kNoLimit, kNoLimit}, interruption));
   copy.description = std::move(changed);
   return Status::Ok();
 }
 
 }  // namespace
 
-Status FindClearStarts(ClothCreation& creation, const std::function<Status()>& stop_reason) {
+Status FindClearStarts(ClothCreation& creation, Interruption* interruption) {
   const ModelDescription& description = *creation.description;
   const bool may_let_out = std::holds_alternative<TriangleMesh>(description.topology) &&
                            !description.mesh_import.keep_lengths;
@@ -61,16 +60,15 @@ Status FindClearStarts(ClothCreation& creation, const std::function<Status()>& s
   uint32_t searches = 0;
   for (ClothCopy& copy : creation.copies) {
     if (!copy.parameters.colliders.empty()) {
-      DRAPE_RETURN_IF_ERROR(stop_reason());
+      Ask(interruption);
       const bool is_known = before != nullptr && AreAlike(*before, copy);
       if (is_known) {
         copy.start = before->start;
         copy.description = before->description;
         copy.model = before->model;
       } else {
-        copy.start = FindStartOf(*creation.model, may_let_out, copy, stop_reason);
-        DRAPE_RETURN_IF_ERROR(stop_reason());
-        DRAPE_RETURN_IF_ERROR(LetOut(description, copy));
+        copy.start = FindStartOf(*creation.model, may_let_out, copy, interruption);
+        DRAPE_RETURN_IF_ERROR(LetOut(description, copy, interruption));
       }
       searches += !is_known && copy.start != nullptr;
       if (searches > kMaxCaughtStarts) {

@@ -58,8 +58,9 @@ Placement PlacementOf(const SceneModel& model, const ClothCopy& copy) {
 
 }  // namespace
 
-void PrepareCloths(ClothCreation& creation, const BackendDescription& backend) {
-  Preparation preparation(backend);
+void PrepareCloths(ClothCreation& creation, const BackendDescription& backend,
+                   Interruption* interruption) {
+  Preparation preparation(backend, interruption);
   for (const ClothCopy& copy : creation.copies) {
     const auto& model = copy.model != nullptr ? copy.model : creation.model;
     preparation.Add(model, copy.parameters, PlacementOf(*model, copy));

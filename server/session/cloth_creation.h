@@ -42,7 +42,8 @@ class ClothMaker {
 };
 
 // Preparation of the copies. Not on the device thread.
-void PrepareCloths(ClothCreation& creation, const BackendDescription& backend);
+void PrepareCloths(ClothCreation& creation, const BackendDescription& backend,
+                   Interruption* interruption = nullptr);
 
 // Ends the cloth and frees it on the backend; step requests that name it end with `reason` (without
 // one: CLOTH_NOT_FOUND). No effect if it has ended already. Device thread.

@@ -35,8 +35,9 @@ Status ImportMaker::MakeOne(Backend& backend, const SavedCloth& from) {
   return LoadOnDevice(backend, cloth, from);
 }
 
-SharedParts PrepareImport(std::span<const SavedCloth> cloths, const BackendDescription& backend) {
-  Preparation preparation(backend);
+SharedParts PrepareImport(std::span<const SavedCloth> cloths, const BackendDescription& backend,
+                          Interruption* interruption) {
+  Preparation preparation(backend, interruption);
   for (const SavedCloth& cloth : cloths) {
     preparation.Add(cloth.description->model, cloth.description->parameters, cloth.placement);
   }

@@ -37,6 +37,7 @@ class ImportMaker {
 };
 
 // Preparation of them. Not on the device thread.
-SharedParts PrepareImport(std::span<const SavedCloth> cloths, const BackendDescription& backend);
+SharedParts PrepareImport(std::span<const SavedCloth> cloths, const BackendDescription& backend,
+                          Interruption* interruption = nullptr);
 
 }  // namespace drape

@@ -190,8 +190,8 @@ Status CheckWholeWorlds(std::span<const std::shared_ptr<ClothRecord>> cloths,
 
 SharedParts PrepareUpdate(std::span<const std::shared_ptr<ClothRecord>> cloths,
                           const ClothChange& change, std::span<const ChangedModel> models,
-                          const BackendDescription& backend) {
-  Preparation preparation(backend);
+                          const BackendDescription& backend, Interruption* interruption) {
+  Preparation preparation(backend, interruption);
   for (size_t k = 0; k < cloths.size(); ++k) {
     const auto before = cloths[k]->description();
     const Result<ClothParameters> after = ApplyChange(before->parameters, change, k);

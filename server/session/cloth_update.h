@@ -60,7 +60,7 @@ Status UpdateOnDevice(Backend& backend, std::vector<std::shared_ptr<ClothRecord>
 // Preparation of the cloths as they will be.
 SharedParts PrepareUpdate(std::span<const std::shared_ptr<ClothRecord>> cloths,
                           const ClothChange& change, std::span<const ChangedModel> models,
-                          const BackendDescription& backend);
+                          const BackendDescription& backend, Interruption* interruption = nullptr);
 
 // The reason of the error of an update that came too late.
 inline constexpr char kUpdateConflict[] = "UPDATE_CONFLICT";

@@ -42,24 +42,22 @@ class DistanceMapCache::EndOfBuild {
   const uint64_t hash_;
 };
 
-Result<std::shared_ptr<const DistanceMap>> DistanceMapCache::Get(
-    const TriangleMesh& mesh, const ClosedMeshLimits& limits,
-    const std::function<bool()>& is_cancelled) {
+Result<std::shared_ptr<const DistanceMap>> DistanceMapCache::Get(const TriangleMesh& mesh,
+                                                                 const ClosedMeshLimits& limits,
+                                                                 Interruption* interruption) {
   const uint64_t hash = DistanceMapHash(mesh, {});
   {
     std::unique_lock lock(mutex_);
     while (building_.contains(hash)) {
       is_built_.wait_for(lock, kPatience);
-      if (is_cancelled()) {
-        return Status(StatusCode::kCancelled, "CANCELLED", "no request waits for the map any more");
-      }
+      Ask(interruption);
     }
     if (std::shared_ptr<const DistanceMap> map = FindLive(hash, mesh)) return map;
     building_.insert(hash);
   }
   const EndOfBuild end(*this, hash);
   Result<std::shared_ptr<const DistanceMap>> map =
-      DistanceMap::Build(mesh, {}, limits, is_cancelled);
+      DistanceMap::Build(mesh, {}, limits, interruption);
   const std::lock_guard lock(mutex_);
   std::erase_if(maps_, [](const auto& entry) { return entry.second.expired(); });
   if (map.ok()) maps_.emplace(hash, *map);

@@ -19,11 +19,11 @@ namespace drape {
 class DistanceMapCache {
  public:
   // A live map of the same mesh if there is one. Otherwise builds it (DistanceMap::Build, default
-  // settings) on this thread, or waits if another thread is building it. CANCELLED as Build, also
-  // while waiting.
+  // settings) on this thread, or waits if another thread is building it. `interruption`: as of
+  // Build, also while waiting.
   Result<std::shared_ptr<const DistanceMap>> Get(const TriangleMesh& mesh,
                                                  const ClosedMeshLimits& limits,
-                                                 const std::function<bool()>& is_cancelled);
+                                                 Interruption* interruption);
   // Live maps.
   size_t size() const;
 

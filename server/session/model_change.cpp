@@ -80,7 +80,8 @@ void Apply(const ModelChange& change, ModelDescription& description) {
 
 Result<ChangedModel> Build(const std::shared_ptr<const ModelDescription>& before,
                            const ClothChange& change, const ModelRules& rules,
-                           const std::string& owner, ModelCache& models) {
+                           const std::string& owner, ModelCache& models,
+                           Interruption* interruption) {
   DRAPE_RETURN_IF_ERROR(CheckFits(change.model, before->topology));
   auto description = std::make_shared<ModelDescription>(*before);
   Apply(change.model, *description);
@@ -88,7 +89,7 @@ Result<ChangedModel> Build(const std::shared_ptr<const ModelDescription>& before
     description->pinned_particles.clear();
     for (const Pin& pin : *change.pins) description->pinned_particles.push_back(pin.particle);
   }
-  auto model = SceneModel::Build(*description, LimitsFor(change, rules.limits));
+  auto model = SceneModel::Build(*description, LimitsFor(change, rules.limits), interruption);
   if (!model.ok()) return Below("spec", model.status());
   DRAPE_ASSIGN_OR_RETURN(SharedModel shared, models.Share(owner, *model, description));
   return ChangedModel{before, std::move(description), std::move(shared.model),
@@ -99,14 +100,16 @@ Result<ChangedModel> Build(const std::shared_ptr<const ModelDescription>& before
 
 Result<std::vector<ChangedModel>> BuildChangedModels(
     std::span<const std::shared_ptr<ClothRecord>> cloths, const ClothChange& change,
-    const ModelRules& rules, const std::string& owner, ModelCache& models) {
+    const ModelRules& rules, const std::string& owner, ModelCache& models,
+    Interruption* interruption) {
   std::map<std::shared_ptr<const ModelDescription>, ChangedModel> built;
   std::vector<ChangedModel> changed;
   for (const auto& cloth : cloths) {
     const auto before = cloth->description();
     ChangedModel& entry = built[before->model_description];
     if (entry.model == nullptr) {
-      DRAPE_ASSIGN_OR_RETURN(entry, Build(before->model_description, change, rules, owner, models));
+      DRAPE_ASSIGN_OR_RETURN(
+          entry, Build(before->model_description, change, rules, owner, models, interruption));
     }
     if (rules.accept) DRAPE_RETURN_IF_ERROR(rules.accept(*before, *entry.model));
     changed.push_back(entry);

@@ -35,9 +35,11 @@ struct ModelRules {
 // INVALID_ARGUMENT names the field ("spec.pins[2].particle",
 // "spec.particles.distance_constraints[0].i") for values that are illegal for a cloth's
 // description, such as connections for a cloth that is not made of particles. RESOURCE_EXHAUSTED
-// (QUOTA_EXCEEDED) if `owner` may not have so many. Any thread.
+// (QUOTA_EXCEEDED) if `owner` may not have so many. `interruption`: asked now and then; null:
+// nobody is. Any thread.
 Result<std::vector<ChangedModel>> BuildChangedModels(
     std::span<const std::shared_ptr<ClothRecord>> cloths, const ClothChange& change,
-    const ModelRules& rules, const std::string& owner, ModelCache& models);
+    const ModelRules& rules, const std::string& owner, ModelCache& models,
+    Interruption* interruption = nullptr);
 
 }  // namespace drape

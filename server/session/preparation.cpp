@@ -14,9 +14,12 @@ void Preparation::Add(const std::shared_ptr<const SceneModel>& model,
   const bool is_new = kinds_.insert(KindOf(*model, parameters)).second;
   const bool is_among_first = added_++ < kMaxOfOneKind;
   if (!is_new && !is_among_first) return;
+  Ask(interruption_);
   const ClothParameters on_device = OnDevice(*model, parameters, placement);
   if (backend_.prepare) backend_.prepare(*model, on_device);
-  if (backend_.make_shared_parts) made_.push_back(backend_.make_shared_parts(model, on_device));
+  if (backend_.make_shared_parts) {
+    made_.push_back(backend_.make_shared_parts(model, on_device, interruption_));
+  }
 }
 
 bool MayNeedParts(std::span<const std::shared_ptr<ClothRecord>> cloths, const ClothChange& change) {

@@ -27,7 +27,9 @@ class Preparation {
   // request are mostly of one kind.
   static constexpr size_t kMaxOfOneKind = 16;
 
-  explicit Preparation(const BackendDescription& backend) : backend_(backend) {}
+  // `interruption`: asked now and then; null: nobody is.
+  explicit Preparation(const BackendDescription& backend, Interruption* interruption = nullptr)
+      : backend_(backend), interruption_(interruption) {}
 
   // Of a cloth with these parameters as described.
   void Add(const std::shared_ptr<const SceneModel>& model, const ClothParameters& parameters,
@@ -37,6 +39,7 @@ class Preparation {
 
  private:
   const BackendDescription& backend_;
+  Interruption* const interruption_;
   size_t added_ = 0;
   std::set<PartsKind> kinds_;
   SharedParts made_;

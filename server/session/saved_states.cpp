@@ -148,7 +148,8 @@ void HoldParts(const BackendDescription& backend, std::span<SavedCloth> saved) {
     const ClothParameters& parameters = cloth.description->parameters;
     auto& parts = of_kinds[KindOf(*model, parameters)];
     if (parts == nullptr) {
-      parts = backend.make_shared_parts(model, OnDevice(*model, parameters, cloth.placement));
+      parts =
+          backend.make_shared_parts(model, OnDevice(*model, parameters, cloth.placement), nullptr);
     }
     cloth.parts = parts;
   }

@@ -157,10 +157,11 @@ class Session : public std::enable_shared_from_this<Session> {
   // another model while this one built its own: nothing has changed, and the call may be repeated.
   // `rules.limits` apply to changes that need another model. Cloths of several slices are not
   // stepped meanwhile. `stop_reason` is asked before each slice on the device: after an error of it
-  // everything is taken back.
+  // everything is taken back. `interruption` is asked while models are built, before this returns;
+  // null: nobody is.
   void UpdateCloths(ClothList cloths, ClothChange change,
                     std::function<void(Result<UpdatedCloths>)> done, const ModelRules& rules = {},
-                    std::function<Status()> stop_reason = {});
+                    std::function<Status()> stop_reason = {}, Interruption* interruption = nullptr);
   // The ids are invalid on return; `done` runs when the device memory is free. Running step
   // requests on one of the cloths end with NOT_FOUND (CLOTH_NOT_FOUND). UNAVAILABLE (DRAINING):
   // they may be in the last checkpoint, and come back.
@@ -204,15 +205,17 @@ class Session : public std::enable_shared_from_this<Session> {
   std::shared_ptr<const SavedStates> FindSaved(const std::string& name) const;
   // Creates cloths that go on from what was saved, all or none. Everything has been checked against
   // the models; plans, charges of maps and shared models are set here. Errors as of CreateCloths.
+  // `interruption`: asked before this returns; null: nobody is.
   void ImportCloths(std::vector<SavedCloth> cloths,
-                    std::function<void(Result<std::vector<ClothId>>)> done) {
-    Import(std::move(cloths), false, std::move(done));
+                    std::function<void(Result<std::vector<ClothId>>)> done,
+                    Interruption* interruption = nullptr) {
+    Import(std::move(cloths), false, std::move(done), interruption);
   }
   // The same of cloths that had their ids in this session, and get them back. INVALID_ARGUMENT if
   // it has not issued one of them.
   void ReturnCloths(std::vector<SavedCloth> cloths,
                     std::function<void(Result<std::vector<ClothId>>)> done) {
-    Import(std::move(cloths), true, std::move(done));
+    Import(std::move(cloths), true, std::move(done), nullptr);
   }
   IssuedIds issued_ids() const { return table_.issued(); }
   // Where bytes of snapshots count.
@@ -231,7 +234,7 @@ class Session : public std::enable_shared_from_this<Session> {
   // theirs.
   bool Publish(const ClothList& records, bool keeps_ids = false);
   void Import(std::vector<SavedCloth> cloths, bool keeps_ids,
-              std::function<void(Result<std::vector<ClothId>>)> done);
+              std::function<void(Result<std::vector<ClothId>>)> done, Interruption* interruption);
   // Whether the cloths can be in their worlds; the names of those. Others may enter one meanwhile:
   // CheckNewWorlds.
   Result<std::vector<std::string>> CheckImportedWorlds(const std::vector<SavedCloth>& cloths) const;

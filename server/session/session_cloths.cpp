@@ -195,7 +195,7 @@ Status RunUpdate(Scheduler& scheduler, const std::string& owner,
 
 void Session::UpdateCloths(ClothList cloths, ClothChange change,
                            std::function<void(Result<UpdatedCloths>)> done, const ModelRules& rules,
-                           std::function<Status()> stop_reason) {
+                           std::function<Status()> stop_reason, Interruption* interruption) {
   DRAPE_CHECK(!cloths.empty(), "at least one cloth");
   const bool touches_itself = change.self_collision && *change.self_collision;
   for (const auto& cloth : cloths) {
@@ -223,7 +223,7 @@ void Session::UpdateCloths(ClothList cloths, ClothChange change,
   }
   std::vector<ChangedModel> models;
   if (change.needs_model()) {
-    auto built = BuildChangedModels(cloths, change, rules, owner(), commons_->models);
+    auto built = BuildChangedModels(cloths, change, rules, owner(), commons_->models, interruption);
     if (!built.ok()) {
       done(built.status());
       return;
@@ -234,7 +234,7 @@ void Session::UpdateCloths(ClothList cloths, ClothChange change,
   const BackendDescription& backend = commons_->scheduler.description();
   if (!models.empty() || (backend.prepare && change.may_need_programs()) ||
       (backend.make_shared_parts && MayNeedParts(cloths, change))) {
-    made = PrepareUpdate(cloths, change, models, backend);
+    made = PrepareUpdate(cloths, change, models, backend, interruption);
   }
   const auto updater = std::make_shared<ClothUpdater>(std::move(cloths), std::move(change),
                                                       std::move(models), rules);

@@ -90,7 +90,8 @@ Status Session::CheckReturn(const std::vector<SavedCloth>& cloths) const {
 }
 
 void Session::Import(std::vector<SavedCloth> cloths, bool keeps_ids,
-                     std::function<void(Result<std::vector<ClothId>>)> done) {
+                     std::function<void(Result<std::vector<ClothId>>)> done,
+                     Interruption* interruption) {
   if (cloths.empty()) return done(std::vector<ClothId>{});
   if (keeps_ids) {
     if (const Status status = CheckReturn(cloths); !status.ok()) return done(status);
@@ -104,12 +105,13 @@ void Session::Import(std::vector<SavedCloth> cloths, bool keeps_ids,
   Result<std::vector<std::string>> worlds = CheckImportedWorlds(cloths);
   if (!worlds.ok()) return done(worlds.status());
   const size_t count = cloths.size();
+  // It may throw: before anything is taken.
+  SharedParts made = PrepareImport(cloths, commons_->scheduler.description(), interruption);
   if (const Status status = ReserveQuota(amount); !status.ok()) return done(status);
   if (const Status status = Adopt(cloths); !status.ok()) {
     ReleaseQuota(amount);
     return done(status);
   }
-  SharedParts made = PrepareImport(cloths, commons_->scheduler.description());
   const auto maker = std::make_shared<ImportMaker>(std::move(cloths));
   const Status status = RunInSlices(
       commons_->scheduler, owner(), count, ClothsPerSlice(largest),

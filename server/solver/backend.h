@@ -47,9 +47,9 @@ struct BackendDescription {
   std::function<void(const SceneModel&, const ClothParameters&)> prepare = {};
   // Makes what cloths share that have this model, which takes long for a large one: while somebody
   // holds the result, Create and Write of such a cloth find it. Any thread, also after the backend
-  // has ended. std::bad_alloc. Empty: there is nothing of the kind.
+  // has ended. std::bad_alloc, WorkStopped. Empty: there is nothing of the kind.
   std::function<std::shared_ptr<const void>(const std::shared_ptr<const SceneModel>&,
-                                            const ClothParameters&)>
+                                            const ClothParameters&, Interruption*)>
       make_shared_parts = {};
 };
 

@@ -105,9 +105,10 @@ class BackendPair final : public DeviceBackend {
       };
     }
     description.make_shared_parts = [first = first_description_, second = second_description_](
-                                        const auto& model, const ClothParameters& parameters) {
+                                        const auto& model, const ClothParameters& parameters,
+                                        Interruption* interruption) {
       const auto& made = (first.Steps(*model, parameters) ? first : second).make_shared_parts;
-      return made ? made(model, parameters) : nullptr;
+      return made ? made(model, parameters, interruption) : nullptr;
     };
     return description;
   }

@@ -9,7 +9,7 @@ namespace drape {
 
 ClearStart FindClearStart(const SceneModel& model, const ClothParameters& parameters,
                           std::span<const Eigen::Vector3d> positions_m, bool may_let_out,
-                          const std::function<bool()>& is_unwanted) {
+                          Interruption* interruption) {
   std::vector<Collider> colliders = parameters.colliders;
   for (size_t k = 0; k < parameters.collider_motions.size(); ++k) {
     colliders[k] = Moved(colliders[k], parameters.collider_motions[k]);
@@ -18,7 +18,7 @@ ClearStart FindClearStart(const SceneModel& model, const ClothParameters& parame
   const Eigen::Vector3d up =
       gravity.isZero(0) ? Eigen::Vector3d::UnitY() : Eigen::Vector3d(-gravity.stableNormalized());
   const LengthDemands demands = model.length_demands();
-  const AvoidedColliders avoided{colliders, parameters.thickness_m, is_unwanted};
+  const AvoidedColliders avoided{colliders, parameters.thickness_m, interruption};
   ClearStart start = ClearOfColliders(demands, avoided, up, positions_m);
   if (!may_let_out) return start;
   const bool is_cleared = start.clearance == StartClearance::kCleared;

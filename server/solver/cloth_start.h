@@ -2,7 +2,6 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <functional>
 #include <span>
 
 #include "server/scene/scene_model.h"
@@ -13,10 +12,10 @@ namespace drape {
 
 // ClearOfColliders for the colliders where they are when the cloth is made; up is against gravity.
 // With `may_let_out` FitStart after that, from where it led. All in the cloth's own frame.
-// Milliseconds to seconds where the cloth is inside; `is_unwanted` (AvoidedColliders) ends it
-// early, with a start that must not be used. Any thread.
+// Milliseconds to seconds where the cloth is inside; `interruption` is that of
+// AvoidedColliders. Any thread.
 ClearStart FindClearStart(const SceneModel& model, const ClothParameters& parameters,
                           std::span<const Eigen::Vector3d> positions_m, bool may_let_out = false,
-                          const std::function<bool()>& is_unwanted = {});
+                          Interruption* interruption = nullptr);
 
 }  // namespace drape

@@ -35,7 +35,7 @@ void PausableWork::Check() {
   if (!pause_.IsDue()) return;
   has_stopped_.release();
   may_work_.acquire();
-  if (is_dropped_) throw StepDropped();
+  if (is_dropped_) throw WorkStopped();
 }
 
 void PausableWork::Run() {
@@ -43,7 +43,7 @@ void PausableWork::Run() {
   if (is_dropped_) return;
   try {
     work_(*this, pause_);
-  } catch (const StepDropped&) {
+  } catch (const WorkStopped&) {
     return;  // nobody waits
   } catch (...) {
     failure_ = std::current_exception();

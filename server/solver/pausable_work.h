@@ -7,7 +7,7 @@
 #include <semaphore>
 #include <thread>
 
-#include "server/solver/interruption.h"
+#include "server/core/interruption.h"
 #include "server/solver/pause.h"
 
 namespace drape {
@@ -21,7 +21,7 @@ class PausableWork final : public Interruption {
 
   // Null: there is no thread for it.
   static std::unique_ptr<PausableWork> Begin(Work work);
-  // Work that has stopped is dropped: StepDropped is thrown where it did.
+  // Work that has stopped is dropped: WorkStopped is thrown where it did.
   ~PausableWork();
   PausableWork(const PausableWork&) = delete;
   PausableWork& operator=(const PausableWork&) = delete;

@@ -93,14 +93,12 @@ INSTANTIATE_TEST_SUITE_P(
                     "spec.environment.colliders", "has 4 meshes, at most 3"}),
     NameOf());
 
-const StopReason kGoOn = [] { return Status::Ok(); };
-
 Result<std::vector<ColliderMap>> Build(const v1::CreateClothsRequest& request,
                                        DistanceMapCache& cache,
-                                       const StopReason& stop_reason = kGoOn) {
+                                       Interruption* interruption = nullptr) {
   return BuildColliderMaps(FieldPath("spec.environment.colliders"),
                            ReadColliderMeshes(request.spec().environment().colliders()), {},
-                           stop_reason, cache);
+                           interruption, cache);
 }
 
 TEST(ColliderMaps, AMeshOfARequestBecomesAMapAtItsPlace) {
@@ -162,17 +160,14 @@ TEST(ColliderMaps, WhatIsNoSolidIsNamed) {
                   "inside out");
 }
 
-TEST(ColliderMaps, ABuildEndsWithItsStopReason) {
+TEST(ColliderMaps, ABuildStopsOnceNobodyWantsIt) {
   DistanceMapCache cache;
   v1::CreateClothsRequest request = GoodCreation();
   AddSolid(request);
   int asked = 0;
-  const Status status =
-      Build(request, cache, [&asked] {
-        return ++asked < 3 ? Status::Ok() : Status(StatusCode::kUnavailable, "DRAINING", "");
-      }).status();
-  EXPECT_EQ(status.reason(), "DRAINING");
-  EXPECT_LE(asked, 4);
+  StopWhenUnwanted interruption([&asked] { return ++asked == 3; });
+  EXPECT_THROW((void)Build(request, cache, &interruption), WorkStopped);
+  EXPECT_EQ(asked, 3);
 }
 
 }  // namespace

@@ -42,12 +42,11 @@ class SnapshotReading : public SessionFixture {
     return writer.Take();
   }
   Result<std::vector<SavedCloth>> Read(Session& session, const std::string& bytes) {
-    return ReadSnapshot(bytes, {scheduler_->description(), limits_, never_, session, true});
+    return ReadSnapshot(bytes, {scheduler_->description(), limits_, nullptr, session, true});
   }
   Result<std::vector<SavedCloth>> Read() { return Read(session(), Bytes()); }
 
   RequestLimits limits_;
-  const StopReason never_ = [] { return Status::Ok(); };
   v1::SnapshotHeader header_;
   std::vector<v1::ModelSnapshot> models_;
   std::vector<v1::ClothSnapshot> cloths_;

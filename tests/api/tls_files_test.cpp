@@ -55,24 +55,58 @@ TEST_F(TlsFilesTest, AKeyOfAnotherCertificateIsRefused) {
 }
 
 // As where a certificate is renewed before its key.
-TEST_F(TlsFilesTest, AWatchTellsOnceWhatBecomesBadAndGoodAgain) {
+TEST_F(TlsFilesTest, WhatIsInUseChangesToGoodPairsAloneAndTellsOnce) {
+  const auto text = [](const std::string& path) {
+    std::ifstream file(path);
+    return std::string{std::istreambuf_iterator<char>(file), {}};
+  };
   const auto copy = [](const std::string& from, const std::string& to) {
     std::filesystem::copy_file(from, to, std::filesystem::copy_options::overwrite_existing);
   };
   const TlsFiles files{folder_.Path("used.pem"), folder_.Path("used.key")};
   copy(own_.certificate, files.certificate);
   copy(own_.key, files.key);
-  TlsWatch watch(files);
-  EXPECT_FALSE(watch.Look().has_value());
+  const auto in_use = TlsInUse::Open(files).value();
+  const TlsFiles copies = in_use->copies();
+  EXPECT_TRUE(CheckTlsFiles(copies).ok());
+  EXPECT_THAT(text(copies.certificate), testing::HasSubstr(text(own_.certificate)));
+  EXPECT_EQ(copies.client_authorities, "");
+  EXPECT_FALSE(in_use->Look().has_value());
   copy(other_.certificate, files.certificate);
-  const std::optional<Status> bad = watch.Look();
+  const std::optional<Status> bad = in_use->Look();
   ASSERT_TRUE(bad.has_value());
   EXPECT_THAT(bad->message(), testing::HasSubstr("is not the key of"));
-  EXPECT_FALSE(watch.Look().has_value());
+  EXPECT_FALSE(in_use->Look().has_value());
+  EXPECT_THAT(text(copies.certificate), testing::HasSubstr(text(own_.certificate)));
   copy(other_.key, files.key);
-  const std::optional<Status> good = watch.Look();
+  const std::optional<Status> good = in_use->Look();
   ASSERT_TRUE(good.has_value());
   EXPECT_TRUE(good->ok());
+  EXPECT_EQ(in_use->copies().certificate, copies.certificate);
+  EXPECT_TRUE(CheckTlsFiles(copies).ok());
+  EXPECT_THAT(text(copies.certificate), testing::HasSubstr(text(other_.certificate)));
+}
+
+TEST_F(TlsFilesTest, AChainIsUsedWhole) {
+  const auto text = [](const std::string& path) {
+    std::ifstream file(path);
+    return std::string{std::istreambuf_iterator<char>(file), {}};
+  };
+  const std::string chain = text(own_.certificate) + text(other_.certificate);
+  const auto in_use =
+      TlsInUse::Open({File("chain.pem", chain), own_.key, own_.certificate}).value();
+  EXPECT_THAT(text(in_use->copies().certificate), testing::HasSubstr(chain));
+  EXPECT_EQ(text(in_use->copies().client_authorities), text(own_.certificate));
+}
+
+TEST_F(TlsFilesTest, WhoReadsAFileInMemoryGetsAWholeContent) {
+  MemoryFile file;
+  ASSERT_TRUE(file.Replace(std::string(100'000, 'a')).ok());
+  std::ifstream before(file.path());
+  ASSERT_TRUE(file.Replace("b").ok());
+  std::ifstream after(file.path());
+  EXPECT_EQ((std::string{std::istreambuf_iterator<char>(before), {}}), std::string(100'000, 'a'));
+  EXPECT_EQ((std::string{std::istreambuf_iterator<char>(after), {}}), "b");
 }
 
 }  // namespace

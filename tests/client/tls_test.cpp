@@ -215,6 +215,8 @@ TEST_F(CertificatesTest, RenewedOnesAreUsedWithoutARestart) {
   fs::copy(server_.certificate, old.certificate);
   const test::Certificate renewed = folder_.MakeAuthority("renewed");
   fs::copy(renewed.key, server_.key, fs::copy_options::overwrite_existing);
+  std::this_thread::sleep_for(std::chrono::seconds(5));  // looks at the files come every other one
+  EXPECT_TRUE(IsTrusted(old)) << "half renewed, nobody can connect";
   fs::copy(renewed.certificate, server_.certificate, fs::copy_options::overwrite_existing);
   const auto until = std::chrono::steady_clock::now() + std::chrono::seconds(60);
   while (!IsTrusted(renewed) && std::chrono::steady_clock::now() < until) {

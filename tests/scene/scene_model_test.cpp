@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numeric>
+#include <random>
 #include <type_traits>
 
 #include "server/scene/colouring.h"
@@ -353,6 +354,39 @@ TEST(SceneModel, ContentHashIsStable) {
   description.topology = GridTopology{.columns = 2, .rows = 2, .width_m = 1, .height_m = 1};
   EXPECT_EQ(MustBuild(description)->content_hash(), MustBuild(description)->content_hash());
   EXPECT_EQ(MustBuild(description)->content_hash(), 294310688647393227u);
+}
+
+// Wherever it stops, nothing is left; and a model comes out the same however often it was asked.
+TEST(SceneModel, ABuildStopsWhereverItIsAsked) {
+  ModelDescription crumpled;
+  TriangleMesh mesh;
+  std::mt19937 random(3);
+  const auto any = [&] { return static_cast<double>(random()) / std::mt19937::max() / 20; };
+  constexpr uint32_t kSide = 8;
+  for (uint32_t k = 0; k < kSide * kSide; ++k) {
+    mesh.positions_m.emplace_back(k % kSide + any(), k / kSide + any(), any());
+  }
+  for (uint32_t k = 0; k + kSide + 1 < kSide * kSide; ++k) {
+    if (k % kSide + 1 == kSide) continue;
+    mesh.triangles.push_back({k, k + 1, k + kSide});
+    mesh.triangles.push_back({k + 1, k + kSide + 1, k + kSide});
+  }
+  crumpled.topology = std::move(mesh);
+  crumpled.material.bending_rigidity_n_m = 1e-3;
+  crumpled.let_out = {{7, 2}};  // lengths to be restored
+  const auto whole = MustBuild(crumpled);
+  ASSERT_TRUE(whole->is_start_restored());
+  size_t asked = 0;
+  StopWhenUnwanted never([&] { return ++asked == 0; });
+  EXPECT_TRUE(SceneModel::Build(crumpled, {}, &never).value()->SameContent(*whole));
+  const size_t asked_in_all = asked;
+  ASSERT_GT(asked_in_all, 50u);
+  for (size_t last = 1; last <= asked_in_all; last += 1 + last / 8) {
+    asked = 0;
+    StopWhenUnwanted then([&] { return ++asked == last; });
+    EXPECT_THROW((void)SceneModel::Build(crumpled, {}, &then), WorkStopped) << last;
+    EXPECT_EQ(asked, last);
+  }
 }
 
 }  // namespace

@@ -10,10 +10,6 @@ namespace {
 
 using Eigen::Vector3d;
 
-Status GoOn() {
-  return Status::Ok();
-}
-
 // Copies of a pair of particles 1 m apart, each beside its own sphere if `offset_m` is 0.
 ClothCreation PairsIn(const std::vector<Vector3d>& offsets_m, const std::vector<Pin>& pins = {}) {
   ClothCreation creation = Chains(offsets_m.size(), 2, pins);
@@ -42,7 +38,7 @@ class ClearStartsTest : public SessionFixture {
 TEST_F(ClearStartsTest, CopiesThatLieAlikeShareTheirStart) {
   const Vector3d zero = Vector3d::Zero();
   ClothCreation creation = PairsIn({zero, zero, {0, 0.5, 0}, {0, 50, 0}});
-  ASSERT_TRUE(FindClearStarts(creation, GoOn).ok());
+  ASSERT_TRUE(FindClearStarts(creation).ok());
   const auto& copies = creation.copies;
   ASSERT_NE(copies[0].start, nullptr);
   EXPECT_EQ(copies[0].start->clearance, StartClearance::kCleared);
@@ -58,8 +54,8 @@ TEST_F(ClearStartsTest, FarAwayIsTheSame) {
   ClothCreation here = PairsIn({Vector3d::Zero()}), there = PairsIn({Vector3d(4096, 0, 0)});
   there.copies[0].parameters.colliders[0].pose.position_m.x() += 4096;
   there.copies[0].environment_origin_m = {1e6, 0.3, 0};
-  ASSERT_TRUE(FindClearStarts(here, GoOn).ok());
-  ASSERT_TRUE(FindClearStarts(there, GoOn).ok());
+  ASSERT_TRUE(FindClearStarts(here).ok());
+  ASSERT_TRUE(FindClearStarts(there).ok());
   EXPECT_EQ(here.copies[0].start->positions_m, there.copies[0].start->positions_m);
 }
 
@@ -67,17 +63,16 @@ TEST_F(ClearStartsTest, ARequestHasSoManySearches) {
   std::vector<Vector3d> offsets_m;
   for (uint32_t k = 0; k < kMaxCaughtStarts; ++k) offsets_m.emplace_back(0, 0.001 * k, 0);
   ClothCreation most = PairsIn(offsets_m);
-  ASSERT_TRUE(FindClearStarts(most, GoOn).ok());
+  ASSERT_TRUE(FindClearStarts(most).ok());
   offsets_m.emplace_back(0, -0.1, 0);
   ClothCreation more = PairsIn(offsets_m);
-  EXPECT_EQ(FindClearStarts(more, GoOn).reason(), "CAUGHT_STARTS");
+  EXPECT_EQ(FindClearStarts(more).reason(), "CAUGHT_STARTS");
 }
 
 TEST_F(ClearStartsTest, StopsWhenAsked) {
   ClothCreation creation = PairsIn({Vector3d::Zero()});
-  const Status status =
-      FindClearStarts(creation, [] { return Status(StatusCode::kCancelled, "CANCELLED", "gone"); });
-  EXPECT_EQ(status.code(), StatusCode::kCancelled);
+  StopWhenUnwanted at_once([] { return true; });
+  EXPECT_THROW((void)FindClearStarts(creation, &at_once), WorkStopped);
   EXPECT_EQ(creation.copies[0].start, nullptr);
 }
 
@@ -86,23 +81,18 @@ TEST_F(ClearStartsTest, StopsWithinASearch) {
   ClothCreation creation = Chains(1, 2000);
   creation.copies[0].parameters.colliders = {SphereAt({1000, -5, 0}, 900)};
   size_t asked = 0;
-  ASSERT_TRUE(FindClearStarts(creation, [&] {
-                ++asked;
-                return Status::Ok();
-              }).ok());
-  const size_t asked_in_all = asked;
-  ASSERT_GT(asked_in_all, 20u) << "the search was too short for this test";
+  StopWhenUnwanted never([&] { return ++asked == 0; });
+  ASSERT_TRUE(FindClearStarts(creation, &never).ok());
+  ASSERT_GT(asked, 20u) << "the search was too short for this test";
   asked = 0;
-  const Status status = FindClearStarts(creation, [&] {
-    return ++asked < 10 ? Status::Ok() : Status(StatusCode::kCancelled, "CANCELLED", "gone");
-  });
-  EXPECT_EQ(status.code(), StatusCode::kCancelled);
-  EXPECT_LT(asked, 30u);
+  StopWhenUnwanted soon([&] { return ++asked == 10; });
+  EXPECT_THROW((void)FindClearStarts(creation, &soon), WorkStopped);
+  EXPECT_EQ(asked, 10u);
 }
 
 TEST_F(ClearStartsTest, ClothsAreMadeAndResetThere) {
   ClothCreation creation = PairsIn({Vector3d::Zero()});
-  ASSERT_TRUE(FindClearStarts(creation, GoOn).ok());
+  ASSERT_TRUE(FindClearStarts(creation).ok());
   const auto start = creation.copies[0].start;
   const auto created = Create(std::move(creation));
   ASSERT_TRUE(created.ok());
@@ -118,7 +108,7 @@ TEST_F(ClearStartsTest, ClothsAreMadeAndResetThere) {
 
 TEST_F(ClearStartsTest, CaughtClothsStartAsDescribed) {
   ClothCreation creation = PairsIn({Vector3d::Zero()}, {{0, std::nullopt}});
-  ASSERT_TRUE(FindClearStarts(creation, GoOn).ok());
+  ASSERT_TRUE(FindClearStarts(creation).ok());
   ASSERT_NE(creation.copies[0].start, nullptr);
   EXPECT_EQ(creation.copies[0].start->clearance, StartClearance::kCaught);
   const auto created = Create(std::move(creation));
@@ -130,7 +120,7 @@ TEST_F(ClearStartsTest, CaughtClothsStartAsDescribed) {
 // The positions of creation would violate other lengths: the model's are taken.
 TEST_F(ClearStartsTest, OtherLengthsEndTheStart) {
   ClothCreation creation = PairsIn({Vector3d::Zero()});
-  ASSERT_TRUE(FindClearStarts(creation, GoOn).ok());
+  ASSERT_TRUE(FindClearStarts(creation).ok());
   const auto start = creation.copies[0].start;
   const ClothList cloths = Find(Create(std::move(creation))->ids);
   ClothChange longer;

@@ -58,7 +58,7 @@ TEST_F(ClothCreationTest, SharedPartsAreMadeBeforeAndHeldUntilTheClothsAreThere)
   const auto part = std::make_shared<const int>(7);
   BackendDescription backend = backend_.Describe();
   std::vector<const SceneModel*> models;
-  backend.make_shared_parts = [&](const auto& model, const ClothParameters&) {
+  backend.make_shared_parts = [&](const auto& model, const ClothParameters&, Interruption*) {
     models.push_back(model.get());
     return part;
   };

@@ -35,7 +35,7 @@ class PreparationTest : public SessionFixture {
 TEST(Preparation, EveryKindIsPreparedHoweverLateItComes) {
   BackendDescription backend;
   std::vector<const SceneModel*> models;
-  backend.make_shared_parts = [&](const auto& model, const ClothParameters&) {
+  backend.make_shared_parts = [&](const auto& model, const ClothParameters&, Interruption*) {
     models.push_back(model.get());
     return nullptr;
   };
@@ -53,6 +53,22 @@ TEST(Preparation, EveryKindIsPreparedHoweverLateItComes) {
   EXPECT_EQ(models[0], second.get());
   EXPECT_EQ(add(20, first, touching), 1u);
   EXPECT_EQ(add(20, first, plain), 0u);
+}
+
+TEST(Preparation, IsAskedBeforeEachCloth) {
+  BackendDescription backend;
+  size_t made = 0, asked = 0;
+  backend.make_shared_parts = [&](const auto&, const ClothParameters&, Interruption*) {
+    ++made;
+    return nullptr;
+  };
+  StopWhenUnwanted third([&] { return ++asked == 3; });
+  Preparation preparation(backend, &third);
+  const auto model = Sheets(1).model;
+  preparation.Add(model, {}, {});
+  preparation.Add(model, {}, {});
+  EXPECT_THROW(preparation.Add(model, {}, {}), WorkStopped);
+  EXPECT_EQ(made, 2u);
 }
 
 TEST_F(PreparationTest, OnlyChangesOfWhatTouchesMayNeedParts) {

@@ -5,6 +5,8 @@
 #include <new>
 #include <thread>
 
+#include "server/solver/drop_when_due.h"
+
 namespace drape {
 namespace {
 
@@ -69,7 +71,7 @@ TEST(PausableWork, PassesOnWhatItThrows) {
 
 TEST(Interruption, DropsWhatIsDue) {
   DropWhenDue due(kDue);
-  EXPECT_THROW(due.Check(), StepDropped);
+  EXPECT_THROW(due.Check(), WorkStopped);
   const Pause never = Pause::Never();
   DropWhenDue not_due(never);
   EXPECT_NO_THROW(not_due.Check());
@@ -80,7 +82,7 @@ TEST(Interruption, DropsWhatIsDue) {
         seldom.Check();
         ++times;
       },
-      StepDropped);
+      WorkStopped);
   EXPECT_GT(times, 1000);
 }
 

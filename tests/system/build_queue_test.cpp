@@ -23,8 +23,9 @@ class BuildQueue : public testing::Test {
  protected:
   Status WhatABuildIsTold(const std::string& tenant = "") {
     const auto told = std::make_shared<std::promise<Status>>();
-    const Status posted = PostBuild(context_, *SessionOf(tenant), {cancel_, deadline_us_},
-                                    [told](const Status& status) { told->set_value(status); });
+    const Status posted =
+        PostBuild(context_, *SessionOf(tenant), {cancel_, deadline_us_},
+                  [told](const Status& status, Interruption*) { told->set_value(status); });
     return posted.ok() ? told->get_future().get() : posted;
   }
 
@@ -38,7 +39,7 @@ class BuildQueue : public testing::Test {
   void Build(const std::string& tenant, int64_t seconds) {
     const double before_s = Built_s();
     ASSERT_TRUE(PostBuild(context_, *SessionOf(tenant), {cancel_, deadline_us_},
-                          [this, seconds](const Status& status) {
+                          [this, seconds](const Status& status, Interruption*) {
                             if (status.ok()) clock_.AdvanceUs(seconds * 1'000'000);
                           })
                     .ok());
@@ -83,13 +84,40 @@ TEST_F(BuildQueue, BuildsNothingAfterTheDeadline) {
 
 TEST_F(BuildQueue, ABuildForWhichThereIsNoMemoryIsTold) {
   const auto told = std::make_shared<std::promise<Status>>();
-  ASSERT_TRUE(
-      PostBuild(context_, *SessionOf(""), {cancel_, deadline_us_}, [told](const Status& status) {
-        if (status.ok()) throw std::bad_alloc();
-        told->set_value(status);
-      }).ok());
+  ASSERT_TRUE(PostBuild(context_, *SessionOf(""), {cancel_, deadline_us_},
+                        [told](const Status& status, Interruption*) {
+                          if (status.ok()) throw std::bad_alloc();
+                          told->set_value(status);
+                        })
+                  .ok());
   EXPECT_EQ(told->get_future().get().reason(), "DEVICE_MEMORY");
   EXPECT_TRUE(WhatABuildIsTold().ok()) << "the builder goes on";
+}
+
+// A build that has begun asks whether it is still wanted.
+TEST_F(BuildQueue, ABuildStopsWithTheReason) {
+  const auto what_a_build_that_runs_is_told = [&](const std::function<void()>& meanwhile) {
+    std::promise<void> has_begun;
+    std::promise<Status> told;
+    EXPECT_TRUE(PostBuild(context_, *SessionOf(""), {cancel_, deadline_us_},
+                          [&](const Status& status, Interruption* interruption) {
+                            if (!status.ok()) return told.set_value(status);
+                            has_begun.set_value();
+                            for (;;) interruption->Check();
+                          })
+                    .ok());
+    has_begun.get_future().wait();
+    meanwhile();
+    return told.get_future().get();
+  };
+  deadline_us_ = clock_.NowUs() + 1;
+  EXPECT_EQ(what_a_build_that_runs_is_told([&] { clock_.AdvanceUs(1); }).reason(),
+            "DEADLINE_PASSED");
+  deadline_us_ = std::numeric_limits<int64_t>::max();
+  EXPECT_EQ(what_a_build_that_runs_is_told([&] { cancel_.Cancel(); }).code(),
+            StatusCode::kCancelled);
+  cancel_ = CancelToken();
+  EXPECT_EQ(what_a_build_that_runs_is_told([&] { scheduler_->Drain(0); }).reason(), "DRAINING");
 }
 
 TEST_F(BuildQueue, BuildsNothingWhileTheServerShutsDown) {
@@ -121,14 +149,16 @@ TEST_F(BuildQueue, ABuildThatWaitsIsRefusedAtItsTurnAndOneThatRunsGoesOn) {
   const std::shared_ptr<Session> session = SessionOf("greedy");
   std::promise<void> go_on;
   std::promise<Status> first, second;
-  ASSERT_TRUE(PostBuild(context_, *session, {cancel_, deadline_us_}, [&](const Status& status) {
-                go_on.get_future().wait();
-                clock_.AdvanceUs(100'000'000);
-                first.set_value(status);
-              }).ok());
-  ASSERT_TRUE(PostBuild(context_, *session, {cancel_, deadline_us_}, [&](const Status& status) {
-                second.set_value(status);
-              }).ok());
+  ASSERT_TRUE(PostBuild(context_, *session, {cancel_, deadline_us_},
+                        [&](const Status& status, Interruption*) {
+                          go_on.get_future().wait();
+                          clock_.AdvanceUs(100'000'000);
+                          first.set_value(status);
+                        })
+                  .ok());
+  ASSERT_TRUE(PostBuild(context_, *session, {cancel_, deadline_us_},
+                        [&](const Status& status, Interruption*) { second.set_value(status); })
+                  .ok());
   go_on.set_value();
   EXPECT_TRUE(first.get_future().get().ok());
   EXPECT_EQ(second.get_future().get().reason(), "BUILD_TIME_EXCEEDED");

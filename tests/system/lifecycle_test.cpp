@@ -7,6 +7,7 @@
 #include <csignal>
 #include <filesystem>
 #include <fstream>
+#include <future>
 #include <iterator>
 #include <thread>
 
@@ -80,6 +81,21 @@ TEST(Lifecycle, WorkThatOutlivesTheGraceEndsWithUnavailable) {
   EXPECT_EQ(ReasonOf(status), "DRAINING");
   EXPECT_THAT(status.error_message(), HasSubstr("complete steps stay"));
   EXPECT_EQ(server.WaitForExit(), 0);
+}
+
+// What a builder makes of a million particles that touch each other takes twice the patience.
+TEST(Lifecycle, ABuildUnderWayIsGivenUp) {
+  ServerProcess server({"--drain-grace-ms=100"});
+  ASSERT_TRUE(server.WaitUntilUp());
+  const auto stub = server.NewStub();
+  v1::CreateClothsRequest request = HangingSheet(NewSession(*stub), 1024);
+  request.mutable_spec()->mutable_self_collision();
+  auto created = std::async(std::launch::async,
+                            [&] { return Call(*stub, &Stub::CreateCloths, request).status; });
+  std::this_thread::sleep_for(std::chrono::seconds(3));
+  server.Signal(SIGTERM);
+  EXPECT_EQ(ReasonOf(created.get()), "DRAINING");
+  EXPECT_EQ(server.WaitForExit(), 0) << server.Log();
 }
 
 TEST(Lifecycle, ASecondSignalEndsTheServerAtOnce) {

@@ -32,6 +32,7 @@
 #include "server/solver/cpu/step/step_team.h"
 #include "server/solver/cpu/step_groups.h"
 #include "server/solver/cpu/world.h"
+#include "server/solver/drop_when_due.h"
 #include "server/solver/self_contact/contact_surface.h"
 #include "server/solver/self_contact/self_contacts.h"
 #include "server/solver/update_check.h"
@@ -44,12 +45,6 @@ Status OutOfMemory() {
   return {StatusCode::kResourceExhausted, "DEVICE_MEMORY",
           "the server has no memory left for this cloth"};
 }
-
-// Of StepScratch, for each particle, about: 20 vectors.
-constexpr uint64_t kScratchBytes = 320;
-
-// The same for each particle and collider.
-constexpr uint64_t kContactBytes = sizeof(ContactImpulses) + Clearances::kNumbers * sizeof(float);
 
 class CpuBackend final : public Backend {
  public:
@@ -65,18 +60,19 @@ class CpuBackend final : public Backend {
   }
 
   BackendDescription Describe() const override {
-    return {.name = "cpu",
-            .device = std::to_string(thread_count_) +
-                      (thread_count_ == 1 ? " core, " : " cores, ") + arithmetic_,
-            .arithmetic = arithmetic_,
-            .scalar = ScalarType::kFloat32,
-            .has_cheap_impulses = true,
-            .plan_of = [plan = lane_count_ > 1 ? "lanes" : "single"](
-                           const SceneModel&, const ClothParameters&) { return plan; },
-            .make_shared_parts =
-                [made = made_](const auto& model, const auto& parameters) {
-                  return made->ForCloth(model, parameters);
-                }};
+    return {
+        .name = "cpu",
+        .device = std::to_string(thread_count_) + (thread_count_ == 1 ? " core, " : " cores, ") +
+                  arithmetic_,
+        .arithmetic = arithmetic_,
+        .scalar = ScalarType::kFloat32,
+        .has_cheap_impulses = true,
+        .plan_of = [plan = lane_count_ > 1 ? "lanes" : "single"](
+                       const SceneModel&, const ClothParameters&) { return plan; },
+        .make_shared_parts =
+            [made = made_](const auto& model, const auto& parameters, Interruption* interruption) {
+              return made->ForCloth(model, parameters, interruption);
+            }};
   }
 
   Result<ClothHandle> Create(std::shared_ptr<const SceneModel> model,
@@ -142,15 +138,9 @@ class CpuBackend final : public Backend {
   }
 
   uint64_t LongStepBytes(std::span<const ClothHandle> cloths) override {
-    size_t particles = 0, contacts = 0;
-    for (const ClothHandle handle : cloths) {
-      const Cloth& cloth = cloths_.At(handle);
-      particles += cloth.model->particle_count;
-      contacts += cloth.model->particle_count * cloth.parameters.colliders.size();
-    }
-    const bool may_touch = cloths.size() > 1 || cloths_.At(cloths[0]).contact_surface != nullptr;
-    return kScratchBytes * particles + kContactBytes * contacts +
-           (may_touch ? self_contact::MostBytes<self_contact::Vector3f>(particles) : 0);
+    std::vector<Cloth*> its;
+    for (const ClothHandle handle : cloths) its.push_back(&cloths_.At(handle));
+    return cpu::LongStepBytes(its);
   }
 
   void AbandonStep(ClothHandle cloth) override { Abandon(cloths_.At(cloth)); }
@@ -415,7 +405,7 @@ class CpuBackend final : public Backend {
   static bool DoOrDrop(const Function& function) {
     try {
       return function();
-    } catch (const StepDropped&) {
+    } catch (const WorkStopped&) {
       return false;
     }
   }

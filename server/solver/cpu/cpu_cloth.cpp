@@ -111,14 +111,14 @@ void SetScheme(Cloth& cloth) {
       std::make_shared<const Scheme>(*cloth.model, cloth.parameters, cloth.own_lengths.has_value());
 }
 
-void SetSurfaces(Cloth& cloth, PartsOfModels& made) {
+void SetSurfaces(Cloth& cloth, PartsOfModels& made, Interruption* interruption) {
   const FloatControls& controls = cloth.scheme->controls;
   const std::shared_ptr<const SceneModel>& model = cloth.model->source;
   std::shared_ptr<const SurfaceParts> parts;
-  if (MayHaveSurfaceContacts(*model, cloth.parameters)) parts = made.parts.Get(model);
+  if (MayHaveSurfaceContacts(*model, cloth.parameters)) parts = made.parts.Get(model, interruption);
   std::shared_ptr<const ContactSurface> surface;
   const bool may_meet = cloth.parameters.is_in_world && !model->triangles().empty();
-  if (controls.touches_itself || may_meet) surface = made.surfaces.Get(model);
+  if (controls.touches_itself || may_meet) surface = made.surfaces.Get(model, interruption);
   cloth.surface_parts = controls.plan.solver.has_surface_contacts ? parts : nullptr;
   cloth.contact_surface = controls.touches_itself ? surface : nullptr;
   cloth.kept_parts = std::move(parts);
@@ -126,12 +126,14 @@ void SetSurfaces(Cloth& cloth, PartsOfModels& made) {
 }
 
 std::shared_ptr<const void> PartsOfModels::ForCloth(const std::shared_ptr<const SceneModel>& model,
-                                                    const ClothParameters& parameters) {
+                                                    const ClothParameters& parameters,
+                                                    Interruption* interruption) {
   Cloth cloth;
   cloth.model = models.Get(model);
+  Ask(interruption);
   cloth.parameters = parameters;
   SetScheme(cloth);
-  SetSurfaces(cloth, *this);
+  SetSurfaces(cloth, *this, interruption);
   using Parts = std::array<std::shared_ptr<const void>, 3>;
   return std::make_shared<const Parts>(
       Parts{cloth.model, std::move(cloth.kept_surface), std::move(cloth.kept_parts)});

@@ -34,7 +34,8 @@ struct PartsOfModels {
   // All that a cloth with these parameters takes from here, as long as the result is held; but for
   // it, small.
   std::shared_ptr<const void> ForCloth(const std::shared_ptr<const SceneModel>& model,
-                                       const ClothParameters& parameters);
+                                       const ClothParameters& parameters,
+                                       Interruption* interruption = nullptr);
 
   FloatModelCache models{};
   ContactSurfaceCache surfaces{};
@@ -78,7 +79,7 @@ void Append(const std::vector<Vec4>& values, uint32_t particle_count,
 // Sets its scheme. Another object each time.
 void SetScheme(Cloth& cloth);
 // After its scheme: what of it touches itself, and colliders.
-void SetSurfaces(Cloth& cloth, PartsOfModels& made);
+void SetSurfaces(Cloth& cloth, PartsOfModels& made, Interruption* interruption = nullptr);
 
 // Empty: none.
 std::optional<OwnLengths> ToOwnLengths(std::span<const double> rest_lengths_m,

@@ -8,8 +8,18 @@
 #include "server/solver/cpu/cpu_cloth.h"
 #include "server/solver/cpu/simd/denormals.h"
 #include "server/solver/cpu/world.h"
+#include "server/solver/self_contact/self_contacts.h"
+#include "server/solver/surface_contact/surface_contacts.h"
 
 namespace drape::cpu {
+namespace {
+
+// Of StepScratch, for each particle, about: 20 vectors.
+constexpr uint64_t kScratchBytes = 320;
+// The same for each particle and collider.
+constexpr uint64_t kContactBytes = sizeof(ContactImpulses) + Clearances::kNumbers * sizeof(float);
+
+}  // namespace
 
 LongStep::LongStep(std::vector<Cloth*> cloths, int thread_count, MakeStepped make_stepped)
     : cloths_(std::move(cloths)),
@@ -69,6 +79,20 @@ std::vector<StepReport> LongStep::reports() const {
   std::vector<StepReport> reports;
   for (const StepOfCloth& its : progress_.cloths) reports.push_back(its.report);
   return reports;
+}
+
+uint64_t LongStepBytes(std::span<Cloth* const> cloths) {
+  size_t particles = 0, contacts = 0, on_edges = 0;
+  for (const Cloth* const cloth : cloths) {
+    const size_t pairs = cloth->model->particle_count * cloth->parameters.colliders.size();
+    particles += cloth->model->particle_count;
+    contacts += pairs;
+    if (cloth->surface_parts != nullptr) on_edges += pairs;
+  }
+  const bool may_touch = cloths.size() > 1 || cloths[0]->contact_surface != nullptr;
+  return kScratchBytes * particles + kContactBytes * contacts +
+         surface_contact::kBytesPerPair<self_contact::Vector3f> * on_edges +
+         (may_touch ? self_contact::MostBytes<self_contact::Vector3f>(particles) : 0);
 }
 
 }  // namespace drape::cpu

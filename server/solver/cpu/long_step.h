@@ -3,6 +3,7 @@
 
 #include <tbb/task_arena.h>
 
+#include <cstdint>
 #include <functional>
 #include <memory>
 #include <span>
@@ -50,5 +51,8 @@ class LongStep {
   std::unique_ptr<PausableWork>
       work_;  // last, so that it ends first; null: there was no thread for it
 };
+
+// Backend::LongStepBytes.
+uint64_t LongStepBytes(std::span<Cloth* const> cloths);
 
 }  // namespace drape::cpu

@@ -10,8 +10,10 @@
 #include "server/core/check.h"
 #include "server/solver/collider_contact.h"
 #include "server/solver/cpu_reference/reference_step.h"
+#include "server/solver/drop_when_due.h"
 #include "server/solver/pausable_work.h"
 #include "server/solver/self_contact/self_contacts.h"
+#include "server/solver/surface_contact/surface_contacts.h"
 #include "server/solver/update_check.h"
 
 namespace drape {
@@ -28,6 +30,8 @@ std::vector<Vector3d> PinPositions(const SceneModel& model, const ParticleState&
 
 // Of a StepContext, for each particle, about: 20 vectors.
 constexpr uint64_t kScratchBytes = 480;
+// The same for each particle and collider: StepContext::beta and rebounds.
+constexpr uint64_t kContactBytes = sizeof(ContactImpulse) + sizeof(double);
 
 class ReferenceBackend final : public Backend {
  public:
@@ -100,10 +104,17 @@ class ReferenceBackend final : public Backend {
   }
 
   uint64_t LongStepBytes(std::span<const ClothHandle> handles) override {
-    size_t particles = 0;
-    for (const ClothHandle handle : handles) particles += Find(handle).model->particle_count();
+    size_t particles = 0, contacts = 0, on_edges = 0;
+    for (const ClothHandle handle : handles) {
+      const ReferenceCloth& cloth = Find(handle);
+      const size_t pairs = cloth.model->particle_count() * cloth.parameters.colliders.size();
+      particles += cloth.model->particle_count();
+      contacts += pairs;
+      if (cloth.surface_parts != nullptr) on_edges += pairs;
+    }
     const bool may_touch = handles.size() > 1 || Find(handles[0]).contact_surface != nullptr;
-    return kScratchBytes * particles +
+    return kScratchBytes * particles + kContactBytes * contacts +
+           surface_contact::kBytesPerPair<self_contact::Vector3d> * on_edges +
            (may_touch ? self_contact::MostBytes<self_contact::Vector3d>(particles) : 0);
   }
 
@@ -217,7 +228,7 @@ class ReferenceBackend final : public Backend {
     DropWhenDue interruption(pause);
     try {
       return MakeStep(items, &interruption)->Continue(pause, &interruption);
-    } catch (const StepDropped&) {
+    } catch (const WorkStopped&) {
       return std::nullopt;
     }
   }

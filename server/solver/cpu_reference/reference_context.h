@@ -8,6 +8,7 @@
 #include <span>
 #include <vector>
 
+#include "server/core/interruption.h"
 #include "server/scene/particle_state.h"
 #include "server/scene/scene_model.h"
 #include "server/solver/bodies/bodies.h"
@@ -19,7 +20,6 @@
 #include "server/solver/cpu_reference/reference_impulses.h"
 #include "server/solver/cpu_reference/reference_step.h"
 #include "server/solver/cpu_reference/reference_surface_contacts.h"
-#include "server/solver/interruption.h"
 #include "server/solver/step_plan.h"
 
 namespace drape::reference {

@@ -24,7 +24,7 @@ void FillForContacts(const StepContext& context, const T& value, std::vector<T>&
   list.reserve(size);
   while (list.size() < size) {
     list.insert(list.end(), std::min(kAtOnce, size - list.size()), value);
-    if (context.interruption != nullptr) context.interruption->Check();
+    Ask(context.interruption);
   }
 }
 

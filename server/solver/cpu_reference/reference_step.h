@@ -7,8 +7,8 @@
 #include <span>
 #include <vector>
 
+#include "server/core/interruption.h"
 #include "server/solver/cpu_reference/reference_cloth.h"
-#include "server/solver/interruption.h"
 #include "server/solver/pause.h"
 #include "server/solver/self_contact/crossing_search.h"
 #include "server/solver/step_report.h"
@@ -39,7 +39,7 @@ class ReferenceStep {
   ~ReferenceStep();
 
   // Begins or goes on until `pause` is due; none: it paused, and the cloths are as before, as they
-  // are if `interruption` throws StepDropped. That is the same in all calls; null: no stage is
+  // are if `interruption` throws WorkStopped. That is the same in all calls; null: no stage is
   // interrupted. Cloths that are faulted keep their state, and if one becomes so, all of them do. A
   // report of each.
   std::optional<std::vector<StepReport>> Continue(const Pause& pause,

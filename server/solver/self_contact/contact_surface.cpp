@@ -46,7 +46,7 @@ void SortUnique(std::vector<T>& list) {
 
 }  // namespace
 
-ContactSurface::ContactSurface(const SceneModel& model)
+ContactSurface::ContactSurface(const SceneModel& model, Interruption* interruption)
     : triangles_(model.triangles().begin(), model.triangles().end()) {
   for (const Eigen::Vector3d& p : model.rest_positions_m()) {
     rest_positions_.push_back(self_contact::ToVector<Vector3d>(p));
@@ -59,29 +59,30 @@ ContactSurface::ContactSurface(const SceneModel& model)
     const double double_area = self_contact::Length(self_contact::Cross(to_j, to_k));
     rest_heights_.push_back(longest > 0 ? double_area / longest : 0);
   }
+  Ask(interruption);
   FindEdges();
+  Ask(interruption);
   FindCornersAround();
-  GrowPatches();
-  FindNeighbours();
+  GrowPatches(interruption);
+  FindNeighbours(interruption);
   FindSurroundings();
+  Ask(interruption);
   BuildTree();
+  Ask(interruption);
   flat_sheet_ = self_contact::FlatSheet::Of(rest_positions_, triangles_);
 }
 
 ContactSurface::ContactSurface(std::span<const SurfaceMember> members, Interruption* interruption) {
-  const auto check = [interruption] {
-    if (interruption != nullptr) interruption->Check();
-  };
   neighbour_offsets_.push_back(0);
-  for (const SurfaceMember& member : members) Append(member, check);
+  for (const SurfaceMember& member : members) Append(member, interruption);
   FindCornersAround();
-  check();
+  Ask(interruption);
   FindSurroundings();
-  check();
+  Ask(interruption);
   JoinTrees(members);
 }
 
-void ContactSurface::Append(const SurfaceMember& member, const std::function<void()>& check) {
+void ContactSurface::Append(const SurfaceMember& member, Interruption* interruption) {
   const ContactSurface& from = *member.surface;
   const auto size = [](const auto& list) { return static_cast<uint32_t>(list.size()); };
   const auto append = [](auto& list, const auto& more) {
@@ -100,17 +101,17 @@ void ContactSurface::Append(const SurfaceMember& member, const std::function<voi
   append(rest_positions_, from.rest_positions_);
   append(rest_heights_, from.rest_heights_);
   append(rest_boxes_, from.rest_boxes_);
-  check();
+  Ask(interruption);
   for (const auto& [i, j, k] : from.triangles_) {
     triangles_.push_back({particle + i, particle + j, particle + k});
   }
   for (const auto& [i, j] : from.edges_) edges_.push_back({particle + i, particle + j});
-  check();
+  Ask(interruption);
   append_from(patch_triangles_, from.patch_triangles_, triangle);
   append_from(patch_edges_, from.patch_edges_, edge);
   append_from(patch_vertices_, from.patch_vertices_, particle);
   append_from(patch_corners_, from.patch_corners_, particle);
-  check();
+  Ask(interruption);
   for (ContactPatch its : from.patches_) {
     for (uint32_t* const place : {&its.triangle_begin, &its.triangle_end}) *place += patch_triangle;
     for (uint32_t* const place : {&its.edge_begin, &its.edge_end}) *place += patch_edge;
@@ -129,7 +130,7 @@ void ContactSurface::Append(const SurfaceMember& member, const std::function<voi
     }
     neighbour_offsets_.push_back(size(neighbours_));
   }
-  check();
+  Ask(interruption);
 }
 
 // Halves of the members above their own trees; children come after their parents.
@@ -207,8 +208,9 @@ void ContactSurface::FindCornersAround() {
 }
 
 // Each patch grows from its first triangle by the neighbour nearest to that.
-void ContactSurface::GrowPatches() {
+void ContactSurface::GrowPatches(Interruption* interruption) {
   const auto across = TrianglesAcrossEdges(triangles_);
+  SeldomInterruption seldom(interruption);
   const auto center = [&](uint32_t t) {
     const auto& [i, j, k] = triangles_[t];
     return Vector3d(rest_positions_[i] + rest_positions_[j] + rest_positions_[k]);
@@ -216,6 +218,7 @@ void ContactSurface::GrowPatches() {
   std::vector<bool> is_taken(triangles_.size(), false);
   std::vector<std::vector<uint32_t>> triangles_of_patches;
   for (uint32_t seed = 0; seed < triangles_.size(); ++seed) {
+    seldom.Check();
     if (is_taken[seed]) continue;
     std::vector<uint32_t>& patch = triangles_of_patches.emplace_back(1, seed);
     is_taken[seed] = true;
@@ -233,10 +236,12 @@ void ContactSurface::GrowPatches() {
       is_taken[nearest.second] = true;
     }
   }
-  FillPatches(triangles_of_patches);
+  FillPatches(triangles_of_patches, interruption);
 }
 
-void ContactSurface::FillPatches(const std::vector<std::vector<uint32_t>>& triangles_of_patches) {
+void ContactSurface::FillPatches(const std::vector<std::vector<uint32_t>>& triangles_of_patches,
+                                 Interruption* interruption) {
+  SeldomInterruption seldom(interruption);
   std::vector<bool> has_vertex(rest_positions_.size(), false);
   std::vector<bool> has_edge(edges_.size(), false);
   const auto size = [](const std::vector<uint32_t>& list) {
@@ -250,6 +255,7 @@ void ContactSurface::FillPatches(const std::vector<std::vector<uint32_t>>& trian
     patch.corner_begin = size(patch_corners_);
     std::vector<uint32_t> corners;
     for (const uint32_t t : triangles) {
+      seldom.Check();
       patch_triangles_.push_back(t);
       for (int k = 0; k < 3; ++k) {
         const uint32_t i = triangles_[t][k];
@@ -272,7 +278,9 @@ void ContactSurface::FillPatches(const std::vector<std::vector<uint32_t>>& trian
   }
 }
 
-void ContactSurface::FindNeighbours() {
+void ContactSurface::FindNeighbours(Interruption* interruption) {
+  Ask(interruption);
+  SeldomInterruption seldom(interruption);
   std::vector<std::vector<uint32_t>> patches_of(rest_positions_.size());
   for (uint32_t p = 0; p < patches_.size(); ++p) {
     for (const uint32_t i : corners_of(patches_[p])) patches_of[i].push_back(p);
@@ -290,6 +298,7 @@ void ContactSurface::FindNeighbours() {
     double gap = std::numeric_limits<double>::infinity();
     for (const uint32_t t : triangles_of(b)) {
       for (const uint32_t i : corners_of(a)) {
+        seldom.Check();
         const auto& [j, k, l] = triangles_[t];
         if (i == j || i == k || i == l || is_farther(i, t, gap)) continue;
         gap = std::min(gap, RestDistance_m(PairKind::kVertexTriangle, {i, j, k, l}));
@@ -305,6 +314,7 @@ void ContactSurface::FindNeighbours() {
     double gap = std::numeric_limits<double>::infinity();
     for (const uint32_t e : edges_of(a)) {
       for (const uint32_t f : edges_of(b)) {
+        seldom.Check();
         const auto [i, j] = edges_[e];
         const auto [k, l] = edges_[f];
         if (i == k || i == l || j == k || j == l) continue;

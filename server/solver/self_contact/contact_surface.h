@@ -4,14 +4,13 @@
 #include <algorithm>
 #include <array>
 #include <cstdint>
-#include <functional>
 #include <optional>
 #include <span>
 #include <vector>
 
+#include "server/core/interruption.h"
 #include "server/scene/made_per_model.h"
 #include "server/scene/scene_model.h"
-#include "server/solver/interruption.h"
 #include "server/solver/self_contact/closest_points.h"
 #include "server/solver/self_contact/flat_sheet.h"
 
@@ -57,9 +56,9 @@ struct SurfaceMember {
 // Constant after construction; safe to share between threads.
 class ContactSurface {
  public:
-  explicit ContactSurface(const SceneModel& model);
-  // That of several cloths, particle after particle in this order. Each of them touches the others.
   // `interruption`: asked now and then; null: nobody is.
+  explicit ContactSurface(const SceneModel& model, Interruption* interruption = nullptr);
+  // That of several cloths, particle after particle in this order. Each of them touches the others.
   explicit ContactSurface(std::span<const SurfaceMember> members,
                           Interruption* interruption = nullptr);
 
@@ -146,13 +145,14 @@ class ContactSurface {
   // The steps of construction, in this order.
   void FindEdges();
   void FindCornersAround();
-  void GrowPatches();
-  void FillPatches(const std::vector<std::vector<uint32_t>>& triangles_of_patches);
-  void FindNeighbours();
+  void GrowPatches(Interruption* interruption);
+  void FillPatches(const std::vector<std::vector<uint32_t>>& triangles_of_patches,
+                   Interruption* interruption);
+  void FindNeighbours(Interruption* interruption);
   void FindSurroundings();
   void BuildTree();
   // The same for several.
-  void Append(const SurfaceMember& member, const std::function<void()>& check);
+  void Append(const SurfaceMember& member, Interruption* interruption);
   void JoinTrees(std::span<const SurfaceMember> members);
 
   std::vector<self_contact::Vector3d> rest_positions_;

@@ -5,7 +5,6 @@
 #include <limits>
 #include <map>
 #include <numbers>
-#include <set>
 #include <utility>
 
 namespace drape::self_contact {
@@ -58,15 +57,17 @@ std::optional<Plane> PlaneOf(std::span<const Vector3d> positions,
 // The corners of the boundary, once around; none: it is not one loop, or an edge has two triangles
 // on one side.
 std::vector<uint32_t> BoundaryOf(std::span<const Triangle> triangles) {
-  std::set<std::pair<uint32_t, uint32_t>> edges;
+  using Edge = std::pair<uint32_t, uint32_t>;
+  std::vector<Edge> edges;
+  edges.reserve(3 * triangles.size());
   for (const Triangle& triangle : triangles) {
-    for (int k = 0; k < 3; ++k) {
-      if (!edges.emplace(triangle[k], triangle[(k + 1) % 3]).second) return {};
-    }
+    for (int k = 0; k < 3; ++k) edges.emplace_back(triangle[k], triangle[(k + 1) % 3]);
   }
+  std::ranges::sort(edges);
+  if (std::ranges::adjacent_find(edges) != edges.end()) return {};
   std::map<uint32_t, uint32_t> next;
   for (const auto& [i, j] : edges) {
-    if (edges.contains({j, i})) continue;
+    if (std::ranges::binary_search(edges, Edge{j, i})) continue;
     if (!next.emplace(i, j).second) return {};
   }
   if (next.empty()) return {};
@@ -119,7 +120,7 @@ std::optional<FlatSheet> FlatSheet::Of(std::span<const Vector3d> rest_positions,
   if (!plane) return std::nullopt;
   FlatSheet sheet;
   sheet.least_gap_m_ = std::numeric_limits<double>::max();
-  std::map<uint32_t, std::array<double, 2>> sums;
+  std::vector<std::array<double, 2>> sums(rest_positions.size());  // of particles
   double double_area = 0;
   for (const Triangle& triangle : triangles) {
     const auto a = plane->At(rest_positions[triangle[0]]);

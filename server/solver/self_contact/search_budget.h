@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cstddef>
 
-#include "server/solver/interruption.h"
+#include "server/core/interruption.h"
 #include "server/solver/self_contact/contact_surface.h"
 
 namespace drape::self_contact {
@@ -28,7 +28,7 @@ class SearchBudget {
   // Asks now, where something takes long that nothing is looked at for.
   void Check() {
     SetNextCheck();
-    if (interruption_ != nullptr) interruption_->Check();
+    Ask(interruption_);
   }
 
  private:

@@ -54,7 +54,7 @@ void SurfaceContacts<V>::Find(std::span<const V> positions, std::span<const V> v
   const Real fall = Length(numbers_.gravity) * h * h;
   if (substep_ == 1) least_dip_ = LeastDip(positions);
   for (SolidState& solid : solids_) {
-    AskInterruption();
+    Ask(numbers_.interruption);
     solid.placed.Place((substep_ - 1) * substep_s_, substep_ * substep_s_);
     if (solid.needs_search) Search(solid, positions, velocities);
     solid.expected = static_cast<Real>(kWayMargin) * solid.particle_way + fall + solid.own_way;
@@ -66,7 +66,7 @@ void SurfaceContacts<V>::Find(std::span<const V> positions, std::span<const V> v
   const auto particles_begin = static_cast<std::ptrdiff_t>(active_.size());
   // After all edges and triangles: what these push does not get across either.
   for (SolidState& solid : solids_) {
-    AskInterruption();
+    Ask(numbers_.interruption);
     solid.passing.clear();
     const Real thin = static_cast<Real>(kThinShare) * solid.placed.solid().half_width();
     if (solid.expected > thin) FindPassing(solid, positions);
@@ -345,7 +345,7 @@ void SurfaceContacts<V>::Advance(std::span<const V> positions) {
   };
   const Real way = has_starts_ ? way_from(starts_) : 0;
   for (SolidState& solid : solids_) {
-    AskInterruption();
+    Ask(numbers_.interruption);
     Real next = 0;
     if (solid.has_any()) {
       solid.particle_way = way;

@@ -4,7 +4,7 @@
 
 namespace drape {
 
-SurfaceParts::SurfaceParts(const SceneModel& model) {
+SurfaceParts::SurfaceParts(const SceneModel& model, Interruption* interruption) {
   const auto add = [&](uint32_t i, uint32_t j) {
     edges_.push_back({std::min(i, j), std::max(i, j)});
   };
@@ -19,7 +19,11 @@ SurfaceParts::SurfaceParts(const SceneModel& model) {
       if (link.kind == ConstraintKind::kEqual) add(link.i, link.j);
     }
   }
+  Ask(interruption);
+  Ask(interruption);
   std::ranges::sort(edges_);
+  Ask(interruption);
+  Ask(interruption);
   edges_.erase(std::ranges::unique(edges_).begin(), edges_.end());
   for (const auto& [i, j] : edges_) {
     const Eigen::Vector3d edge = model.rest_positions_m()[j] - model.rest_positions_m()[i];

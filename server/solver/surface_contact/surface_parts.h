@@ -14,7 +14,8 @@ namespace drape {
 // Constant after construction; safe to share between threads.
 class SurfaceParts {
  public:
-  explicit SurfaceParts(const SceneModel& model);
+  // `interruption`: asked now and then; null: nobody is.
+  explicit SurfaceParts(const SceneModel& model, Interruption* interruption = nullptr);
 
   // Those of the drawn triangles, ascending; of a model without triangles its links. Ropes are not
   // among these: a slack one is not where the line between its ends is.

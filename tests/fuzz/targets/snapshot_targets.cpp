@@ -99,8 +99,7 @@ class World {
   const api::RequestLimits& limits() const { return limits_; }
   // Another build's too: the seeds stay good.
   Result<std::vector<SavedCloth>> Read(const std::string& bytes) {
-    const api::StopReason never = [] { return Status::Ok(); };
-    return api::ReadSnapshot(bytes, {backend(), limits_, never, *reader_, true});
+    return api::ReadSnapshot(bytes, {backend(), limits_, nullptr, *reader_, true});
   }
   std::string Write(const SavedStates& saved) {
     return api::WriteSnapshot(saved, backend(), "fuzz").value();

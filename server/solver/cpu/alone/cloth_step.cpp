@@ -72,7 +72,7 @@ void ResetImpulses(const StepContext& context) {
 // Between stages that take long where particles and colliders are many.
 void AskInterruption(const StepContext& context) {
   const bool is_large = context.model.particle_count >= kMinTeamParticles;
-  if (is_large && context.interruption != nullptr) context.interruption->Check();
+  if (is_large) Ask(context.interruption);
 }
 
 using Part = StepProgress::Part;

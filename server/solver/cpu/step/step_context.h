@@ -5,6 +5,7 @@
 #include <span>
 #include <vector>
 
+#include "server/core/interruption.h"
 #include "server/solver/bodies/bodies.h"
 #include "server/solver/collider_contact.h"
 #include "server/solver/cpu/model/float_controls.h"
@@ -18,7 +19,6 @@
 #include "server/solver/cpu/step/impulse_sums.h"
 #include "server/solver/cpu/step/refine.h"
 #include "server/solver/cpu/step/step_team.h"
-#include "server/solver/interruption.h"
 #include "server/solver/substep_schedule.h"
 
 namespace drape {
