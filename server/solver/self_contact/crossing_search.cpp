@@ -173,6 +173,7 @@ std::vector<SelfContactMeasures> MeasureSelfContacts(const ContactSurface& surfa
     searched.push_back(kSearchRatio * thickness_m);
   }
   const Thicknesses<double> search{kSearchRatio * thicknesses.most, searched};
+  Ask(interruption);
   const std::vector<Vector3d> at_rest(positions_m.size());
   PatchSearch<Vector3d> patch_search;
   std::vector<PatchPair> patches;

@@ -27,11 +27,11 @@ void PairSearch<V>::Begin(const ContactSurface& surface, std::span<const V> posi
   box_states_.resize(patches, 0);
   shape_states_.resize(patches, 0);
   surroundings_states_.resize(patches, 0);
-  surroundings_.resize(patches);
-  patch_boxes_.resize(patches);
-  shapes_.resize(patches);
-  edge_boxes_.resize(surface.patch_edges().size());
-  triangle_boxes_.resize(surface.patch_triangles().size());
+  Resize(surroundings_, patches, budget);
+  Resize(patch_boxes_, patches, budget);
+  Resize(shapes_, patches, budget);
+  Resize(edge_boxes_, surface.patch_edges().size(), budget);
+  Resize(triangle_boxes_, surface.patch_triangles().size(), budget);
 }
 
 template <class V>

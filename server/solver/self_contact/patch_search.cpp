@@ -19,21 +19,26 @@ bool PatchSearch<V>::Find(const ContactSurface& surface, const SearchState<V>& s
   thickness_ = thickness;
   pairs_ = &pairs;
   most_pairs_ = MostPatchPairs(surface);
-  Prepare();
+  Prepare(budget);
   SearchNeighbours();
+  budget.Check();
   budget.Take(kNodePairLooks * surface.neighbours().size());
   SearchTree(budget);
   if (pairs.size() > most_pairs_ || budget.is_spent()) return false;
+  budget.Check();
   Sort();
+  budget.Check();
   return true;
 }
 
 template <class V>
-void PatchSearch<V>::Prepare() {
+void PatchSearch<V>::Prepare(SearchBudget& budget) {
   const std::span<const ContactPatch> patches = surface_->patches();
-  shapes_.resize(patches.size());
-  patches_.resize(patches.size());
+  Resize(shapes_, patches.size(), budget);
+  Resize(patches_, patches.size(), budget);
+  constexpr size_t kBetweenChecks = 1u << 13;
   for (size_t p = 0; p < patches.size(); ++p) {
+    if (p % kBetweenChecks == 0) budget.Check();
     shapes_[p] = ShapeOf(*surface_, patches[p], state_.positions);
     NodeState state;
     for (const uint32_t i : surface_->corners_of(patches[p])) {
@@ -42,11 +47,14 @@ void PatchSearch<V>::Prepare() {
     }
     patches_[p] = state;
   }
+  budget.Check();
   surroundings_ = shapes_;
+  budget.Check();
   for (const ContactNeighbours& pair : surface_->neighbours()) {
     AddToSurroundings(surroundings_[pair.first], shapes_[pair.second]);
     AddToSurroundings(surroundings_[pair.second], shapes_[pair.first]);
   }
+  budget.Check();
   const std::span<const ContactNode> nodes = surface_->nodes();
   nodes_.resize(nodes.size());
   for (size_t k = nodes.size(); k-- > 0;) {  // children come after their parents

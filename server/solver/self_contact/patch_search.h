@@ -57,7 +57,7 @@ class PatchSearch {
     Box<V> velocities;
   };
 
-  void Prepare();
+  void Prepare(SearchBudget& budget);
   void SearchTree(SearchBudget& budget);
   void SearchNeighbours();
   // By how much two sets of particles may come nearer as their velocities take them, along each

@@ -358,19 +358,44 @@ HWY_EXPORT(FindFloors);
 HWY_EXPORT(Solve);
 HWY_EXPORT(Correct);
 
+namespace {
+
+// StepContext::AnyFreeRange of parts between which the step may be interrupted: among hundreds of
+// colliders one of a large cloth takes long.
+template <class Function>
+bool AnyFreePart(const StepContext& context, const Function& function) {
+  constexpr size_t kPairsAtOnce = size_t{1} << 20;
+  const size_t colliders = std::max<size_t>(context.scratch.reach.near.size(), 1);
+  const size_t at_once = std::max<size_t>(kPairsAtOnce / colliders / kParticleGrain, 1);
+  const std::span<const uint32_t> particles = context.held.free_particles;
+  bool is_any = false;
+  for (size_t begin = 0; begin < particles.size(); begin += at_once * kParticleGrain) {
+    if (begin > 0) Ask(context.interruption);
+    const size_t end = std::min(begin + at_once * kParticleGrain, particles.size());
+    is_any |= context.team.AnyOf(begin, end, kParticleGrain,
+                                 [&](size_t from, size_t to, uint32_t) -> bool {
+                                   return function(particles.subspan(from, to - from));
+                                 });
+  }
+  return is_any;
+}
+
+}  // namespace
+
 void PredictContacts(const StepContext& context) {
   if (context.scratch.reach.near.empty()) return;
   context.scratch.something_holds = false;
   context.scratch.has_quiet_particles =
-      context.AnyFreeRange([&](std::span<const uint32_t> particles) {
+      AnyFreePart(context, [&](std::span<const uint32_t> particles) {
         return HWY_DYNAMIC_DISPATCH(Predict)(context, particles);
       });
 }
 
 void FindContactFloors(const StepContext& context) {
   if (context.substep.is_two_step || context.scratch.reach.near.empty()) return;
-  context.ForFreeRanges([&](std::span<const uint32_t> particles) {
+  AnyFreePart(context, [&](std::span<const uint32_t> particles) {
     HWY_DYNAMIC_DISPATCH(FindFloors)(context, particles);
+    return false;
   });
 }
 
@@ -378,7 +403,7 @@ bool SolveContacts(const StepContext& context) {
   ColliderReach& reach = context.scratch.reach;
   if (reach.near.empty() && !reach.WatchesSweeps(context.max_iterations)) return false;
   Outcome outcome;
-  const bool has_changed = context.AnyFreeRange([&](std::span<const uint32_t> particles) {
+  const bool has_changed = AnyFreePart(context, [&](std::span<const uint32_t> particles) {
     return HWY_DYNAMIC_DISPATCH(Solve)(context, particles, outcome);
   });
   outcome.AddTo(context.scratch);
@@ -394,8 +419,9 @@ void SolveContactsOfParticle(const StepContext& context, uint32_t particle) {
 void CorrectVelocity(const StepContext& context) {
   const bool damps = !context.substep.is_two_step && context.substep.damping_factor != 1;
   if (context.scratch.reach.near.empty() && !damps) return;
-  context.ForFreeRanges([&](std::span<const uint32_t> particles) {
+  AnyFreePart(context, [&](std::span<const uint32_t> particles) {
     HWY_DYNAMIC_DISPATCH(Correct)(context, particles);
+    return false;
   });
 }
 
