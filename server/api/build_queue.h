@@ -37,10 +37,9 @@ using Build = std::function<void(const Status& status, Interruption* interruptio
 // client has gone, or its deadline has passed), UNAVAILABLE (DRAINING) or RESOURCE_EXHAUSTED
 // (BUILD_TIME_EXCEEDED, with retry_after: the tenant has a debt in ServiceContext::build_quota). If
 // it throws std::bad_alloc it is called a second time, with RESOURCE_EXHAUSTED (DEVICE_MEMORY), and
-// if it throws WorkStopped with CANCELLED or UNAVAILABLE (DRAINING).
-// After an error of PostBuild it is never called: RESOURCE_EXHAUSTED (BUILD_QUEUE_FULL or
-// BUILD_TIME_EXCEEDED, with retry_after). A build that runs goes on
-// whatever it takes, while it is wanted.
+// if it throws WorkStopped with CANCELLED or UNAVAILABLE (DRAINING). After an error of PostBuild it
+// is never called: RESOURCE_EXHAUSTED (BUILD_QUEUE_FULL or BUILD_TIME_EXCEEDED, with retry_after).
+// A build that runs goes on, whatever it takes, while it is wanted.
 Status PostBuild(const ServiceContext& context, const Session& session, const Waiter& waiter,
                  Build build);
 

@@ -9,7 +9,7 @@
 namespace drape::api {
 
 // Calls `done` exactly once, on any thread; `request` must stay valid until then. A cancelled
-// creation ends before its model is built; a model being built is finished.
+// creation ends at once, also while its model is built (PostBuild).
 void StartCreation(const ServiceContext& context, const Caller& caller,
                    const v1::CreateClothsRequest& request, const CancelToken& cancel,
                    const Hold& hold, std::function<void(Result<v1::CreateClothsResponse>)> done);

@@ -20,20 +20,23 @@ Status ExportCall::Begin(const ServiceContext& context, const Caller& caller,
   if (saved == nullptr) return SavedStatesNotFound(request.name());
   next_ = request.offset();
   max_chunk_bytes_ = context.limits.max_chunk_bytes;
-  return PostBuild(context, *session_.session(), {cancel_, caller.deadline_us},
-                   [this, &context, saved = std::move(saved)](const Status& status, Interruption*) {
-                     const Status made = status.ok() ? Make(context, *saved) : status;
-                     if (!made.ok()) return End(made);
-                     WriteNext();
-                   });
+  return PostBuild(
+      context, *session_.session(), {cancel_, caller.deadline_us},
+      [this, &context, saved = std::move(saved)](const Status& status, Interruption* interruption) {
+        const Status made = status.ok() ? Make(context, *saved, interruption) : status;
+        if (!made.ok()) return End(made);
+        WriteNext();
+      });
 }
 
-Status ExportCall::Make(const ServiceContext& context, const SavedStates& saved) {
+Status ExportCall::Make(const ServiceContext& context, const SavedStates& saved,
+                        Interruption* interruption) {
   ByteBudget& budget = session_->saved_budget();
   // Of what has states of a few bytes, the models and meshes may take as much as they please.
   std::vector<std::shared_ptr<void>> permits;
   uint64_t counted = 0;
   const auto count = [&](uint64_t bytes) -> Status {
+    Ask(interruption);  // before each record
     if (bytes <= counted) return Status::Ok();
     DRAPE_ASSIGN_OR_RETURN(std::shared_ptr<void> permit,
                            budget.Take(session_->owner(), bytes - counted));

@@ -16,7 +16,7 @@ class ExportCall final : public ChunkedCall<v1::SnapshotChunk> {
   Status Begin(const ServiceContext& context, const Caller& caller,
                const v1::ExportClothsRequest& request);
   // Builder thread.
-  Status Make(const ServiceContext& context, const SavedStates& saved);
+  Status Make(const ServiceContext& context, const SavedStates& saved, Interruption* interruption);
   bool Next(v1::SnapshotChunk* message) override;
   void DropAnswer() override { bytes_ = {}; }
 

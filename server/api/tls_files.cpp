@@ -11,6 +11,7 @@
 #include <filesystem>
 #include <fstream>
 #include <iterator>
+#include <new>
 #include <system_error>
 #include <utility>
 #include <vector>
@@ -59,8 +60,10 @@ Result<std::vector<Certificate>> ReadCertificates(const std::string& path) {
   while (X509* const next = PEM_read_bio_X509(file.get(), nullptr, NoPassword, nullptr)) {
     chain.emplace_back(next);
   }
-  if (chain.empty()) return TlsFileFailed(path, "has no certificate (PEM)");
-  ERR_clear_error();  // there are no more
+  const bool is_whole = ERR_GET_REASON(ERR_peek_last_error()) == PEM_R_NO_START_LINE;
+  if (is_whole && chain.empty()) return TlsFileFailed(path, "has no certificate (PEM)");
+  if (!is_whole) return TlsFileFailed(path, "has a certificate that cannot be read (PEM)");
+  ERR_clear_error();
   return chain;
 }
 
@@ -72,9 +75,20 @@ Result<Key> ReadKey(const std::string& path) {
   return key;
 }
 
-std::string Written(const Bio& bio) {
+// As PEM.
+std::string Written(const std::vector<Certificate>& chain, const Key& key = nullptr) {
+  const Bio all(BIO_new(BIO_s_mem()));
+  bool is_whole = all != nullptr;
+  if (key != nullptr) {
+    is_whole = is_whole && PEM_write_bio_PrivateKey(all.get(), key.get(), nullptr, nullptr, 0,
+                                                    nullptr, nullptr) == 1;
+  }
+  for (const Certificate& one : chain) {
+    is_whole = is_whole && PEM_write_bio_X509(all.get(), one.get()) == 1;
+  }
+  if (!is_whole) throw std::bad_alloc();
   char* text = nullptr;
-  const long size = BIO_get_mem_data(bio.get(), &text);
+  const long size = BIO_get_mem_data(all.get(), &text);
   return {text, static_cast<size_t>(size)};
 }
 
@@ -93,17 +107,12 @@ Result<TlsContents> ReadTlsFiles(const TlsFiles& files) {
     if (X509_check_private_key(chain[0].get(), key.get()) != 1) {
       return TlsFileFailed(files.key, "is not the key of '" + files.certificate + "'");
     }
-    const Bio pair(BIO_new(BIO_s_mem()));
-    PEM_write_bio_PrivateKey(pair.get(), key.get(), nullptr, nullptr, 0, nullptr, nullptr);
-    for (const Certificate& one : chain) PEM_write_bio_X509(pair.get(), one.get());
-    contents.pair = Written(pair);
+    contents.pair = Written(chain, key);
   }
   if (files.client_authorities.empty()) return contents;
   DRAPE_ASSIGN_OR_RETURN(const std::vector<Certificate> authorities,
                          ReadCertificates(files.client_authorities));
-  const Bio all(BIO_new(BIO_s_mem()));
-  for (const Certificate& one : authorities) PEM_write_bio_X509(all.get(), one.get());
-  contents.authorities = Written(all);
+  contents.authorities = Written(authorities);
   return contents;
 }
 

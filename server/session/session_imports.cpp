@@ -105,6 +105,11 @@ void Session::Import(std::vector<SavedCloth> cloths, bool keeps_ids,
   Result<std::vector<std::string>> worlds = CheckImportedWorlds(cloths);
   if (!worlds.ok()) return done(worlds.status());
   const size_t count = cloths.size();
+  const Status room = [&] {
+    const std::lock_guard lock(mutex_);
+    return CheckQuota(amount.cloths, amount.particles);
+  }();
+  if (!room.ok()) return done(room);
   // It may throw: before anything is taken.
   SharedParts made = PrepareImport(cloths, commons_->scheduler.description(), interruption);
   if (const Status status = ReserveQuota(amount); !status.ok()) return done(status);

@@ -52,6 +52,25 @@ class SnapshotReading : public SessionFixture {
   std::vector<v1::ClothSnapshot> cloths_;
 };
 
+TEST_F(SnapshotReading, StopsOnceNobodyWantsTheCloths) {
+  ASSERT_NO_FATAL_FAILURE(Save());
+  const std::string bytes = Bytes();
+  size_t asked = 0;
+  const auto read = [&](size_t last) {
+    asked = 0;
+    StopWhenUnwanted then([&] { return ++asked == last; });
+    return ReadSnapshot(bytes, {scheduler_->description(), limits_, &then, session(), true});
+  };
+  EXPECT_TRUE(read(0).ok());
+  const size_t asked_in_all = asked;
+  ASSERT_GT(asked_in_all, 5u) << "models and cloths";
+  for (size_t last = 1; last <= asked_in_all; ++last) {
+    EXPECT_THROW((void)read(last), WorkStopped);
+    EXPECT_EQ(asked, last);
+  }
+  EXPECT_EQ(Read().value().size(), 2u);
+}
+
 TEST_F(SnapshotReading, ModelsThatNoClothNamesAreRefused) {
   ASSERT_NO_FATAL_FAILURE(Save());
   EXPECT_EQ(Read().value().size(), 2u);

@@ -87,6 +87,26 @@ TEST_F(TlsFilesTest, WhatIsInUseChangesToGoodPairsAloneAndTellsOnce) {
   EXPECT_THAT(text(copies.certificate), testing::HasSubstr(text(other_.certificate)));
 }
 
+// As where a file is being written, or was damaged.
+TEST_F(TlsFilesTest, AListWithACertificateThatCannotBeReadIsRefused) {
+  std::ifstream good(own_.certificate), next(other_.certificate);
+  const std::string first{std::istreambuf_iterator<char>(good), {}};
+  const std::string second{std::istreambuf_iterator<char>(next), {}};
+  std::string spoiled = second;
+  spoiled[spoiled.size() / 2] = '!';
+  for (const std::string& damaged :
+       {second.substr(0, second.size() / 2), second.substr(0, second.size() - 5), spoiled}) {
+    const std::string file = File("chain.pem", first + damaged);
+    for (const TlsFiles& files :
+         {TlsFiles{file, own_.key, ""}, TlsFiles{own_.certificate, own_.key, file}}) {
+      const Status status = CheckTlsFiles(files);
+      EXPECT_EQ(status.reason(), "TLS_FILE_FAILED");
+      EXPECT_THAT(status.message(), testing::HasSubstr("cannot be read"));
+    }
+  }
+  EXPECT_TRUE(CheckTlsFiles({File("chain.pem", first + second + "\nnothing\n"), own_.key}).ok());
+}
+
 TEST_F(TlsFilesTest, AChainIsUsedWhole) {
   const auto text = [](const std::string& path) {
     std::ifstream file(path);

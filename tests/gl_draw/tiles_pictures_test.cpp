@@ -119,5 +119,29 @@ TEST_F(TilesPicturesTest, ShadowsStayInTheirTile) {
                           high.rgb.begin() + static_cast<ptrdiff_t>(3 * tile)));
 }
 
+// Neither its lines nor where it fades out follow cloth that moves, grows or folds.
+TEST_F(TilesPicturesTest, AFloorBehindAGivenCameraStaysWhereItIs) {
+  const std::vector<DrawnCloth> cloths = {
+      {.model = GridModel(4, 0.4),
+       .placement = {},
+       .colliders = {PlaneThrough({0, 0, 0}, Vector3d::UnitY())}}};
+  PictureSpec spec = SmallSpec(200, 150);
+  spec.camera = Camera{.eye_m = {1.5, 1.2, 1.5}, .target_m = {0, 0.1, 0}};
+  const auto draw = [&](const Map& map) { return Draw(spec, cloths, HostStates(cloths, map)); };
+  const Picture first = draw([](const Vector3d& p) { return Vector3d(p.x(), 0.02, p.z()); });
+  for (const double size : {0.1, 0.5, 1.5}) {
+    const Picture other = draw([&](const Vector3d& p) {
+      return Vector3d(size * p.x() - 0.1, 0.02 + size * p.z(), size * p.z());
+    });
+    int difference = 0;
+    for (size_t y = 100; y < 150; ++y) {
+      for (size_t x = 0; x < 40; ++x) {
+        difference = std::max(difference, Distance(PixelOf(first, x, y), PixelOf(other, x, y)));
+      }
+    }
+    EXPECT_LE(difference, 1) << size;
+  }
+}
+
 }  // namespace
 }  // namespace drape::render

@@ -274,8 +274,7 @@ TEST_P(StepPieces, DrivenLengthsBeginWhereTheLastStepEnded) {
 }
 
 // Edges and triangles look for each of many colliders, in one stage; so do particles, in one sweep.
-TEST(CpuStepPieces, StopBetweenTheCollidersOfAStage) {
-  const std::unique_ptr<Backend> backend = CreateCpuBackend({2});
+TEST_P(StepPiecesOfContacts, StopBetweenTheCollidersOfAStage) {
   Scene scene = Grid(50, 50, 1, 1);
   for (int k = 0; k < 40; ++k) {
     scene.parameters.colliders.push_back(
@@ -285,16 +284,40 @@ TEST(CpuStepPieces, StopBetweenTheCollidersOfAStage) {
   scene.parameters.settings.collider_contact = ColliderContact::kSurface;
   scene.parameters.settings.substeps = 4;
   Stir(scene, 0.2);
-  const ClothHandle whole = CreateCloth(*backend, scene);
-  const ClothHandle pieces = CreateCloth(*backend, scene);
+  const bool is_cpu = GetParam() == "cpu";
+  const ClothHandle whole = CreateCloth(backend_, scene);
+  const ClothHandle pieces = CreateCloth(backend_, scene);
   for (uint32_t step = 0; step < kSteps; ++step) {
-    StepAlone(*backend, whole, scene);
-    const StepItem item{pieces, scene.pin_targets_m};
-    int pauses = 0;
-    while (!backend->StepPiece({&item, 1}, Pause::At({})).has_value()) ++pauses;
-    EXPECT_GT(pauses, 100) << "of which 30 are between stages";
-    EXPECT_TRUE(ReadBits(*backend, pieces) == ReadBits(*backend, whole));
+    StepAlone(backend_, whole, scene);
+    pauses_ = 0;
+    StepInPieces({pieces, scene.pin_targets_m});
+    EXPECT_GT(pauses_, is_cpu ? 100 : 700) << "of which " << (is_cpu ? 30 : 613) << " are between";
+    EXPECT_TRUE(ReadBits(backend_, pieces) == ReadBits(backend_, whole));
   }
+  for (const ClothHandle cloth : {whole, pieces, neighbour_}) backend_.Destroy(cloth);
+}
+
+// What a step in pieces may take counts each pair of a particle and a collider, and more where
+// edges touch them.
+TEST_P(StepPiecesOfContacts, CountTheMemoryOfTheirColliders) {
+  const auto bytes_of = [&](uint32_t colliders, ColliderContact contact) {
+    Scene scene = Grid(50, 50, 1, 1);
+    for (uint32_t k = 0; k < colliders; ++k) {
+      scene.parameters.colliders.push_back(BoxAt({0, -0.5 - k, 0}, {0.1, 0.1, 0.1}));
+    }
+    scene.parameters.settings.collider_contact = contact;
+    const ClothHandle cloth = CreateCloth(backend_, scene);
+    const uint64_t bytes = backend_.LongStepBytes({&cloth, 1});
+    backend_.Destroy(cloth);
+    return bytes;
+  };
+  const uint64_t alone = bytes_of(0, ColliderContact::kSurface);
+  const uint64_t of_particles = bytes_of(20, ColliderContact::kParticles);
+  const uint64_t of_edges = bytes_of(20, ColliderContact::kSurface);
+  constexpr uint64_t kPairs = 20 * 50 * 50;
+  EXPECT_GE(of_particles, alone + 40 * kPairs);
+  EXPECT_GE(of_edges, of_particles + 1000 * kPairs) << "a contact has some 200 bytes";
+  backend_.Destroy(neighbour_);
 }
 
 TEST(CpuStepPieces, HaveTheSameBitsWithAnyNumberOfThreads) {

@@ -303,5 +303,24 @@ TEST_F(ClothUpdateTest, TheRulesHoldForTheClothAsItIsThen) {
   EXPECT_EQ(second.Get().status().reason(), "INVALID_FIELDS");
 }
 
+TEST_F(ClothUpdateTest, OneThatNobodyWantsAnyMoreChangesNothing) {
+  const ClothList cloths = CreateChains(2, 3);
+  const auto before = cloths[0]->description();
+  ClothChange change;
+  change.pins = std::vector<Pin>{{0, std::nullopt}};
+  for (const size_t last : {1u, 3u, 6u}) {
+    size_t asked = 0;
+    StopWhenUnwanted then([&] { return ++asked == last; });
+    bool is_done = false;
+    EXPECT_THROW(session().UpdateCloths(
+                     cloths, change, [&](const auto&) { is_done = true; }, {}, {}, &then),
+                 WorkStopped);
+    EXPECT_FALSE(is_done);
+    EXPECT_EQ(cloths[0]->description(), before);
+  }
+  EXPECT_TRUE(Update(cloths, change).ok());
+  EXPECT_EQ(cloths[0]->description()->pins.size(), 1u);
+}
+
 }  // namespace
 }  // namespace drape

@@ -85,6 +85,22 @@ TEST_F(SessionImports, WorldsThatAreThereAlreadyAreRefusedUntilTheirLastClothIsG
   EXPECT_EQ(refused(), "world");
 }
 
+TEST_F(SessionImports, OneThatNobodyWantsAnyMoreTakesNothing) {
+  SessionLimits limits;
+  limits.max_cloths_per_session = 1;
+  Start(limits);
+  const SavedCloth cloth = Saved(Chains(1, 3));
+  StopWhenUnwanted at_once([] { return true; });
+  bool is_done = false;
+  EXPECT_THROW(session().ImportCloths(
+                   {cloth}, [&](const auto&) { is_done = true; }, &at_once),
+               WorkStopped);
+  EXPECT_FALSE(is_done);
+  EXPECT_EQ(session().cloth_count(), 0u);
+  EXPECT_EQ(Import({cloth}).value().size(), 1u) << "its room is not there";
+  EXPECT_EQ(Import({cloth}).status().reason(), "QUOTA_EXCEEDED");
+}
+
 // Whichever of them it is.
 TEST_F(SessionImports, EveryClothOfAWorldIsChecked) {
   Start();

@@ -10,6 +10,7 @@
 #include <future>
 #include <iterator>
 #include <thread>
+#include <vector>
 
 #include "tests/support/paths/paths.h"
 #include "tests/system/calls.h"
@@ -83,18 +84,24 @@ TEST(Lifecycle, WorkThatOutlivesTheGraceEndsWithUnavailable) {
   EXPECT_EQ(server.WaitForExit(), 0);
 }
 
-// What a builder makes of a million particles that touch each other takes twice the patience.
-TEST(Lifecycle, ABuildUnderWayIsGivenUp) {
+// What builders make of a million particles that touch each other takes more than the patience, and
+// of three times as many far more.
+TEST(Lifecycle, BuildsUnderWayAreGivenUp) {
   ServerProcess server({"--drain-grace-ms=100"});
   ASSERT_TRUE(server.WaitUntilUp());
   const auto stub = server.NewStub();
   v1::CreateClothsRequest request = HangingSheet(NewSession(*stub), 1024);
   request.mutable_spec()->mutable_self_collision();
-  auto created = std::async(std::launch::async,
-                            [&] { return Call(*stub, &Stub::CreateCloths, request).status; });
+  std::vector<std::future<grpc::Status>> created;
+  for (int k = 0; k < 3; ++k) {
+    created.push_back(std::async(std::launch::async,
+                                 [&] { return Call(*stub, &Stub::CreateCloths, request).status; }));
+  }
   std::this_thread::sleep_for(std::chrono::seconds(3));
   server.Signal(SIGTERM);
-  EXPECT_EQ(ReasonOf(created.get()), "DRAINING");
+  size_t given_up = 0;
+  for (auto& status : created) given_up += ReasonOf(status.get()) == "DRAINING";
+  EXPECT_GT(given_up, 0u);
   EXPECT_EQ(server.WaitForExit(), 0) << server.Log();
 }
 

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <fstream>
 #include <iterator>
+#include <optional>
 #include <sstream>
 #include <string>
 #include <string_view>
@@ -76,20 +77,27 @@ std::string_view TakeWord(std::string_view* line) {
   return word;
 }
 
-bool IsFiniteNumber(std::string_view word) {
+std::optional<double> FiniteNumber(std::string_view word) {
   if (word.starts_with('+')) word.remove_prefix(1);
   double value = 0;
   const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), value);
-  return error == std::errc() && end == word.data() + word.size() && std::isfinite(value);
+  const bool is_number = error == std::errc() && end == word.data() + word.size();
+  return is_number && std::isfinite(value) ? std::optional(value) : std::nullopt;
 }
 
-// The statements of the file that faces need, each on its line; the others may hold what the loader
-// takes for numbers without a look at their range. Refuses incomplete vertices, which the loader
-// would complete with zeros.
-std::string ReadGeometry(const std::filesystem::path& path) {
+struct Geometry {
+  // The statements of the file that faces need, each on its line; the others may hold what the
+  // loader takes for numbers without a look at their range.
+  std::string statements;
+  // [vertex_count][3]: the nearest numbers to those of the file, which the loader's are not.
+  std::vector<double> vertices;
+};
+
+// Refuses incomplete vertices, which the loader would complete with zeros.
+Geometry ReadGeometry(const std::filesystem::path& path) {
   std::ifstream file(path, std::ios::binary);
   const std::string text(std::istreambuf_iterator<char>(file), {});
-  std::string geometry;
+  Geometry geometry;
   size_t line_number = 1;
   for (size_t begin = 0; begin < text.size(); ++line_number) {
     const size_t end = std::min(text.find_first_of("\r\n", begin), text.size());
@@ -98,13 +106,16 @@ std::string ReadGeometry(const std::filesystem::path& path) {
     std::string_view line = whole;
     const std::string_view statement = TakeWord(&line);
     if (statement == "v" || statement == "vt" || statement == "vn" || statement == "f") {
-      geometry += whole;
+      geometry.statements += whole;
     }
-    geometry += '\n';
+    geometry.statements += '\n';
     if (statement != "v") continue;
     for (int axis = 0; axis < 3; ++axis) {
       const std::string_view word = TakeWord(&line);
-      if (IsFiniteNumber(word)) continue;
+      if (const std::optional<double> coordinate = FiniteNumber(word)) {
+        geometry.vertices.push_back(*coordinate);
+        continue;
+      }
       throw BadMesh(path, "line " + std::to_string(line_number) + ": a vertex needs three finite " +
                               "numbers, got " + (word.empty() ? "fewer" : std::string(word)));
     }
@@ -118,7 +129,8 @@ v1::Mesh LoadMesh(const std::filesystem::path& path, double scale_m) {
   if (!std::filesystem::is_regular_file(path)) {
     throw LocalError(ErrorCode::kNotFound, "NO_MESH_FILE", "no mesh file " + path.string());
   }
-  std::istringstream geometry(ReadGeometry(path));
+  Geometry geometry = ReadGeometry(path);
+  std::istringstream statements(geometry.statements);
   tinyobj::attrib_t attributes;
   std::vector<tinyobj::shape_t> shapes;
   std::vector<tinyobj::material_t> materials;
@@ -126,19 +138,19 @@ v1::Mesh LoadMesh(const std::filesystem::path& path, double scale_m) {
   std::string error;
   // The loader does not triangulate here, because it splits quads along the shorter diagonal.
   const bool is_read = tinyobj::LoadObj(&attributes, &shapes, &materials, &warning, &error,
-                                        &geometry, nullptr, /*triangulate=*/false);
+                                        &statements, nullptr, /*triangulate=*/false);
   if (!is_read) throw BadMesh(path, error.empty() ? "not a Wavefront OBJ file" : error);
 
-  const size_t vertex_count = attributes.vertices.size() / 3;
+  const size_t vertex_count = geometry.vertices.size() / 3;
   std::vector<uint32_t> triangles;
   for (const tinyobj::shape_t& shape : shapes) {
     AppendFans(shape.mesh, vertex_count, path, &triangles);
   }
   if (triangles.empty()) throw BadMesh(path, "it has no faces");
-  for (double& coordinate : attributes.vertices) coordinate *= scale_m;
+  for (double& coordinate : geometry.vertices) coordinate *= scale_m;
 
   v1::Mesh mesh;
-  *mesh.mutable_positions_m() = Pack(v1::PackedArray::FLOAT64, attributes.vertices);
+  *mesh.mutable_positions_m() = Pack(v1::PackedArray::FLOAT64, geometry.vertices);
   *mesh.mutable_triangles() = Pack(v1::PackedArray::UINT32, triangles);
   return mesh;
 }

@@ -35,12 +35,12 @@ shader::PlaneRecord MakePlane(const DrawnPlane& plane, const SceneView& view) {
   const Vector3d bitangent = normal.cross(hint).normalized();
   const Vector3d tangent = bitangent.cross(normal);
   // Below the middle of the picture; slightly lower than it is, because cloth lies on it.
-  const double height = normal.dot(view.center_m - plane.point_m);
-  const Vector3d center = view.center_m - (height + 0.002 * view.radius_m) * normal;
+  const double height = normal.dot(view.floor_center_m - plane.point_m);
+  const Vector3d center = view.floor_center_m - (height + 0.002 * view.floor_radius_m) * normal;
   // The grid spacing is a power of ten: 1 m in scenes of the size of a person.
-  const double cell = std::pow(10, std::round(std::log10(view.radius_m)));
+  const double cell = std::pow(10, std::round(std::log10(view.floor_radius_m)));
   const auto phase = [&](const Vector3d& axis) { return std::remainder(axis.dot(center), cell); };
-  return {.center = ToShader(Vector3d(center - view.camera.eye_m), 6 * view.radius_m),
+  return {.center = ToShader(Vector3d(center - view.camera.eye_m), 6 * view.floor_radius_m),
           .tangent = ToShader(tangent, phase(tangent)),
           .bitangent = ToShader(bitangent, phase(bitangent)),
           .grid = {static_cast<float>(cell), 0, 0, 0}};

@@ -132,6 +132,13 @@ SceneView LookAt(const PictureSpec& spec, std::span<const DrawnCloth> cloths,
   view.center_m = content.center();
   view.radius_m = std::max(content.diagonal().norm() / 2, 1e-6);
   view.camera = spec.camera ? *spec.camera : fit.Fit(view.center_m);
+  view.floor_center_m = view.center_m;
+  view.floor_radius_m = view.radius_m;
+  if (spec.camera) {
+    view.floor_center_m = view.camera.target_m;
+    view.floor_radius_m = (view.camera.target_m - view.camera.eye_m).norm() *
+                          std::tan(view.camera.vertical_field_of_view_rad / 2);
+  }
   // The depth keeps its precision however near this is (ClipFromEye).
   const double distance = (view.camera.eye_m - view.center_m).norm();
   view.near_m = 1e-3 * std::max(distance - view.radius_m, 0.01 * view.radius_m);

@@ -19,8 +19,12 @@ struct SceneView {
   ValueRange range;              // as in Picture
   double radius_m = 1;           // of a ball around the cloths and the solids near them
   Eigen::Vector3d center_m;      // of that ball
-  double near_m = 0;             // of the projection
-  shader::DrawFrame frame;       // of the picture
+  // What planes are drawn around, and how wide: that ball, or with a given camera what it sees, so
+  // that a film of cloth that moves has a floor that does not.
+  Eigen::Vector3d floor_center_m;
+  double floor_radius_m = 1;
+  double near_m = 0;        // of the projection
+  shader::DrawFrame frame;  // of the picture
   shader::DrawFrame shadow_frame;
 
   // The shadow map is this part of a larger one: origin (xy) and size (zw).

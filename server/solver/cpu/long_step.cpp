@@ -91,7 +91,7 @@ uint64_t LongStepBytes(std::span<Cloth* const> cloths) {
   }
   const bool may_touch = cloths.size() > 1 || cloths[0]->contact_surface != nullptr;
   return kScratchBytes * particles + kContactBytes * contacts +
-         surface_contact::kBytesPerPair<self_contact::Vector3f> * on_edges +
+         surface_contact::MostBytes<self_contact::Vector3f>(on_edges) +
          (may_touch ? self_contact::MostBytes<self_contact::Vector3f>(particles) : 0);
 }
 

@@ -114,7 +114,7 @@ class ReferenceBackend final : public Backend {
     }
     const bool may_touch = handles.size() > 1 || Find(handles[0]).contact_surface != nullptr;
     return kScratchBytes * particles + kContactBytes * contacts +
-           surface_contact::kBytesPerPair<self_contact::Vector3d> * on_edges +
+           surface_contact::MostBytes<self_contact::Vector3d>(on_edges) +
            (may_touch ? self_contact::MostBytes<self_contact::Vector3d>(particles) : 0);
   }
 

@@ -371,7 +371,8 @@ bool ReferenceStep::End(std::vector<StepReport>& reports, Interruption* interrup
     report.warnings = plans[k].known_warnings;
     report.warnings.energy_gained = has_gained_energy_;
     report.warnings.starts_crossing = under_way_->starts_crossing[k];
-    report.warnings.contacts_given_up = under_way_->self_contacts.has_given_up();
+    report.warnings.contacts_given_up =
+        under_way_->self_contacts.has_given_up() || contexts[k].surface_contacts.has_given_up();
     report.warnings.not_converged = !report.converged;
     report.fault = FindFault(contexts[k].state);
     if (report.fault == FaultReason::kNone) report.fault = contexts[k].bodies.Fault();

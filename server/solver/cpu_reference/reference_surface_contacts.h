@@ -24,6 +24,7 @@ class ReferenceSurfaceContacts {
   void Advance(const StepContext& context);
   void Correct(StepContext& context);
 
+  bool has_given_up() const { return has_any_ && contacts_.has_given_up(); }
   // Largest error left after the sweeps [m].
   double LargestError(const StepContext& context) const;
 

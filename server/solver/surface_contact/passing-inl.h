@@ -12,6 +12,7 @@ namespace drape::surface_contact {
 // included, the nearest face is the one that it came through: nothing is left deeper than half.
 template <class V>
 void SurfaceContacts<V>::FindPassing(SolidState& solid, std::span<const V> positions) {
+  if (solid.is_given_up) return;
   const PlacedSolid<V>& placed = solid.placed;
   solid.sides.resize(positions.size());
   for (size_t k = 0; k < solid.near.size(); ++k) {
@@ -41,6 +42,7 @@ void SurfaceContacts<V>::FindPassing(SolidState& solid, std::span<const V> posit
     } else {
       side = at.normal;
     }
+    if (!HasRoom(solid, solid.passing)) return;
     solid.passing.push_back(contact);
   }
   if (!placed.solid().is_convex()) return;
@@ -50,6 +52,7 @@ void SurfaceContacts<V>::FindPassing(SolidState& solid, std::span<const V> posit
     Contact contact = solid.candidates[c];
     contact.is_passing = true;
     contact.has_plane = false;
+    if (!HasRoom(solid, solid.passing)) return;
     solid.passing.push_back(contact);
   }
 }

@@ -35,6 +35,8 @@ void SurfaceContacts<V>::Begin(const SurfaceParts& parts, const Solids& solids,
   has_starts_ = false;
   active_.clear();
   solids_.clear();
+  contact_count_ = 0;
+  has_given_up_ = false;
   for (const uint32_t c : solids.places) {
     const Collider& collider = solids.colliders[c];
     const RigidMotion* const motion = solids.motions.empty() ? nullptr : &solids.motions[c];
@@ -67,7 +69,7 @@ void SurfaceContacts<V>::Find(std::span<const V> positions, std::span<const V> v
   // After all edges and triangles: what these push does not get across either.
   for (SolidState& solid : solids_) {
     Ask(numbers_.interruption);
-    solid.passing.clear();
+    Drop(solid.passing);
     const Real thin = static_cast<Real>(kThinShare) * solid.placed.solid().half_width();
     if (solid.expected > thin) FindPassing(solid, positions);
   }

@@ -2,7 +2,9 @@
 // (server/solver/method.md, "Edges and triangles"), in single or double precision.
 #pragma once
 
+#include <algorithm>
 #include <array>
+#include <cstddef>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -17,6 +19,11 @@
 #include "server/solver/surface_contact/wakes.h"
 
 namespace drape::surface_contact {
+
+// Limit on the edges, triangles and particles of one cloth that may come near its solids, each
+// counted once for each: where hundreds of solids are in one place, that is all pairs there are,
+// and would take all memory. A cloth of 50 000 particles that is flung at 16 has about as many.
+inline constexpr size_t kMostContacts = size_t{1} << 22;
 
 // What a step needs to know of the cloth.
 template <class V>
@@ -35,6 +42,7 @@ struct StepNumbers {
   bool has_two_steps = false;
   std::span<const Real> inverse_masses;  // [particle_count] [1/kg], 0 of what is held
   Interruption* interruption = nullptr;  // asked for each solid; null: nobody is
+  size_t most_contacts = kMostContacts;
 };
 
 // The point of an edge or a triangle, or a particle, that may touch a solid in a substep.
@@ -69,10 +77,15 @@ struct SurfaceContact {
   V given{}, given_in_memory{};
 };
 
-// What a step takes for each particle and solid, about [bytes]: measured on a cloth that lies on
-// 200 boxes (`./run bench service --parts=crowds`).
+// Working memory of a step with so many pairs of a particle and a solid [bytes], about what it is
+// at most: vectors of each pair, and contacts. Where each is near few solids it is a tenth of that.
 template <class V>
-inline constexpr uint64_t kBytesPerPair = 3 * sizeof(V);
+uint64_t MostBytes(uint64_t pairs) {
+  constexpr uint64_t kVectors = 3, kContactsPerPair = 6;  // itself, its edges and triangles
+  constexpr uint64_t kContactBytes = 3 * sizeof(SurfaceContact<V>) / 2;  // lists grow by doubling
+  const uint64_t contacts = std::min<uint64_t>(kContactsPerPair * pairs, kMostContacts);
+  return kVectors * sizeof(V) * pairs + kContactBytes * contacts;
+}
 
 // Working memory between steps; a step depends on its arguments alone. One thread.
 template <class V>
@@ -103,6 +116,10 @@ class SurfaceContacts {
   // the state before the substep, with two steps.
   void Correct(const V* positions, V* velocities, V* previous_positions, V* previous_velocities);
 
+  // Whether in some substep more than StepNumbers::most_contacts could come near. The particles
+  // alone touch solids then for which there is no room.
+  bool has_given_up() const { return has_given_up_; }
+
   // Those that have a part in the substep.
   std::span<const Contact* const> active() const { return active_; }
   const PlacedSolid<V>& solid(const Contact& contact) const {
@@ -126,6 +143,7 @@ class SurfaceContacts {
     std::vector<V> sides{};  // [particle_count] where each was outwards last in this step, or 0
     std::vector<Contact> passing{};  // what may get across within a substep; particles first
     bool needs_search = true;
+    bool is_given_up = false;          // until the next search
     uint32_t searched_in = 0;          // substep
     std::vector<V> found_positions{};  // of the search
     Real reach = 0;                    // what the search allows for [m]
@@ -141,6 +159,8 @@ class SurfaceContacts {
   void Search(SolidState& solid, std::span<const V> positions, std::span<const V> velocities);
   void FindCandidates(SolidState& solid, std::span<const V> positions);
   void Add(SolidState& solid, std::span<const uint32_t> particles, Real bound);
+  bool HasRoom(SolidState& solid, std::vector<Contact>& contacts);
+  void Drop(std::vector<Contact>& contacts);
   void Watch(SolidState& solid, size_t particle_count);
   void FindPassing(SolidState& solid, std::span<const V> positions);
   bool FindMeeting(Contact& contact, const V* base, const V* u, Real interval) const;
@@ -168,6 +188,8 @@ class SurfaceContacts {
   uint32_t ages_after_ = 1;  // substeps for which a plane is used
   Real least_dip_ = 0;       // [m]
   std::vector<SolidState> solids_;
+  size_t contact_count_ = 0;  // of all their candidates and what may get across
+  bool has_given_up_ = false;
   std::vector<Contact*> active_;
   std::vector<Contact*> active_particles_;  // of these, those that may get across
   bool looks_on_ways_ = true;               // in the pass under way

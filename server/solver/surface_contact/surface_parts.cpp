@@ -20,9 +20,7 @@ SurfaceParts::SurfaceParts(const SceneModel& model, Interruption* interruption) 
     }
   }
   Ask(interruption);
-  Ask(interruption);
   std::ranges::sort(edges_);
-  Ask(interruption);
   Ask(interruption);
   edges_.erase(std::ranges::unique(edges_).begin(), edges_.end());
   for (const auto& [i, j] : edges_) {

@@ -28,8 +28,9 @@ template <class V>
 void SurfaceContacts<V>::Search(SolidState& solid, std::span<const V> positions,
                                 std::span<const V> velocities) {
   solid.needs_search = false;
+  solid.is_given_up = false;
   solid.searched_in = substep_;
-  solid.candidates.clear();
+  Drop(solid.candidates);
   solid.near.clear();
   solid.near_travels.clear();
   bounds_.clear();
@@ -93,12 +94,40 @@ void SurfaceContacts<V>::FindCandidates(SolidState& solid, std::span<const V> po
   const auto add = [&](std::span<const uint32_t> corners) {
     bool is_near = false;
     for (const uint32_t i : corners) is_near |= gaps_[i].gap <= solid.reach + longest;
-    if (!is_near) return;
+    if (!is_near || solid.is_given_up) return;
     const Real bound = bound_of(corners);
     if (bound <= solid.reach) Add(solid, corners, bound);
   };
-  for (const auto& triangle : parts_->triangles()) add(triangle);
-  for (const auto& edge : parts_->edges()) add(edge);
+  SeldomInterruption interruption(numbers_.interruption);
+  for (const auto& triangle : parts_->triangles()) {
+    interruption.Check();
+    add(triangle);
+  }
+  for (const auto& edge : parts_->edges()) {
+    interruption.Check();
+    add(edge);
+  }
+}
+
+template <class V>
+void SurfaceContacts<V>::Drop(std::vector<Contact>& contacts) {
+  contact_count_ -= contacts.size();
+  contacts.clear();
+}
+
+// For one more of these contacts of the solid. Where there is none it is given up, and none of them
+// is left: where some are is chance.
+template <class V>
+bool SurfaceContacts<V>::HasRoom(SolidState& solid, std::vector<Contact>& contacts) {
+  if (solid.is_given_up) return false;
+  if (contact_count_ < numbers_.most_contacts) {
+    ++contact_count_;
+    return true;
+  }
+  Drop(contacts);
+  contacts.shrink_to_fit();
+  solid.is_given_up = has_given_up_ = true;
+  return false;
 }
 
 // The particles of the candidates, which wait for their bounds.
@@ -137,6 +166,7 @@ void SurfaceContacts<V>::Add(SolidState& solid, std::span<const uint32_t> partic
     inverse_mass += numbers_.inverse_masses[particles[k]];
   }
   if (inverse_mass == 0) return;
+  if (!HasRoom(solid, solid.candidates)) return bounds_.clear();
   solid.candidates.push_back(contact);
   bounds_.push_back(bound);
 }

@@ -371,7 +371,8 @@ Ending End(SteppedCloths cloths, StepProgress& progress) {
   for (size_t k = 0; k < cloths.size(); ++k) {
     StepReport& report = progress.cloths[k].report;
     report.warnings.energy_gained |= progress.is_calmer;
-    report.warnings.contacts_given_up = GaveContactsUp(cloths);
+    report.warnings.contacts_given_up =
+        GaveContactsUp(cloths) || GaveSurfaceContactsUp(cloths[k].context);
     if (report.fault != FaultReason::kNone) continue;
     report.impulses = impulses[k];
     const Bodies& bodies = cloths[k].context.scratch.bodies;

@@ -96,6 +96,11 @@ void AdvanceSurfaceContacts(const StepContext& context) {
   }
 }
 
+bool GaveSurfaceContactsUp(const StepContext& context) {
+  const Contacts* const contacts = ContactsOf(context);
+  return contacts != nullptr && contacts->has_given_up();
+}
+
 void CorrectSurfaceContacts(const StepContext& context) {
   Contacts* const contacts = ContactsOf(context);
   if (contacts == nullptr || contacts->active().empty()) return;

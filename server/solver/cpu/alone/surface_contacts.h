@@ -19,6 +19,8 @@ void FindSurfaceContacts(const StepContext& context);
 bool SolveSurfaceContacts(const StepContext& context);
 // After the integration.
 void AdvanceSurfaceContacts(const StepContext& context);
+// Whether the step had no room for some of them.
+bool GaveSurfaceContactsUp(const StepContext& context);
 // Beside CorrectVelocity.
 void CorrectSurfaceContacts(const StepContext& context);
 
