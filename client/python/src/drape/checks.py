@@ -112,6 +112,17 @@ def address(name, value):
     return value
 
 
+def is_list(field):
+    """Whether this field of a message is a list."""
+    return field.is_repeated if hasattr(field, "is_repeated") else field.label == _REPEATED
+
+
+def choice_of(field):
+    """The oneof of which this field is a member; None of a field that may be unset, for which protobuf makes one, too."""
+    choice = field.containing_oneof
+    return None if choice is None or choice.name == f"_{field.name}" else choice
+
+
 def _no_such_field(descriptor, name):
     known = list(descriptor.fields_by_name)
     near = difflib.get_close_matches(name, known, 3)
@@ -120,14 +131,14 @@ def _no_such_field(descriptor, name):
 
 
 def _not_legal(field, value, place):
-    is_list = field.is_repeated if hasattr(field, "is_repeated") else field.label == _REPEATED
+    is_many = is_list(field)
     if field.message_type is not None:  # messages may be given as dicts of their fields
         for at, part in enumerate(value if isinstance(value, (list, tuple)) else [value]):
             if isinstance(part, dict) and all(isinstance(name, str) for name in part):
-                error = unfit(field.message_type._concrete_class, (), part, f"{place}[{at}]." if is_list else f"{place}.")
+                error = unfit(field.message_type._concrete_class, (), part, f"{place}[{at}]." if is_many else f"{place}.")
                 if error is not None:
                     return error
-    return errors.bad_field(place, f"{_told(value)} is not {_what(field, is_list)}")
+    return errors.bad_field(place, f"{_told(value)} is not {_what(field, is_many)}")
 
 
 def _told(value):
@@ -135,10 +146,10 @@ def _told(value):
     return f"one {value.DESCRIPTOR.name}" if isinstance(value, Message) else reprlib.repr(value)
 
 
-def _what(field, is_list):
+def _what(field, is_many):
     if field.enum_type is not None:
         names = ", ".join(value.name for value in field.enum_type.values if not value.name.endswith("UNSPECIFIED"))
-        return f"a list of some of {names}" if is_list else f"one of {names}"
+        return f"a list of some of {names}" if is_many else f"one of {names}"
     if field.cpp_type in _WHOLE:
         low, high = _WHOLE[field.cpp_type]
         one, many = f"a whole number in [{low}, {high}]", f"whole numbers in [{low}, {high}]"
@@ -150,4 +161,4 @@ def _what(field, is_list):
                      FieldDescriptor.CPPTYPE_STRING: ("a text", "texts")}.get(field.cpp_type, ("a number", "numbers"))
         if field.type == FieldDescriptor.TYPE_BYTES:
             one, many = "bytes", "bytes"
-    return f"a list of {many}" if is_list else one
+    return f"a list of {many}" if is_many else one

@@ -8,7 +8,6 @@
 
 from __future__ import annotations
 
-import json
 import math
 import os
 import pathlib
@@ -17,23 +16,24 @@ import reprlib
 import numpy as np
 from google.protobuf import json_format
 
-from . import checks, errors, extras, mesh, v1
+from . import checks, errors, extras, json_check, mesh, scene_check, v1
 from .session import Session
 
 _DEFAULT_TIME_STEP_S = 1 / 60
-_MOST_STEPS = 1e12  # beyond, counts and times lose their meaning in double precision
 _ROUNDING = 1e-9  # of a step: times of controls are multiples of the step only up to rounding
 _MESH_FIELDS = ("mesh_file", "scale_m")
 
 
 class Scene:
-    """A checked scene. message: the `drape.v1.Scene`, its meshes read and its time step in every spec."""
+    """A checked scene. message: the `drape.v1.Scene`, its meshes read and its time step in every spec. Raises
+    InvalidArgument with the path of the bad field."""
 
     def __init__(self, message):
+        scene_check.check(message)
         self.message = message
 
     def __repr__(self):
-        count = sum(cloth.count if cloth.HasField("count") else 1 for cloth in self.message.cloths)
+        count = sum(map(scene_check.count_of, self.message.cloths))
         return f"<scene {self.name!r}: {count} cloths, {self.step_count} steps of {self.time_step_s:.4g} s>"
 
     @property
@@ -70,7 +70,7 @@ def load(path: str | os.PathLike, settings: dict | None = None) -> Scene:
         raise errors.FailedPrecondition(f"{path} cannot be read: {error}", reason="SCENE_FILE_FAILED") from error
     except UnicodeDecodeError as error:
         raise errors.InvalidArgument(f"{path}: {error}", reason="BAD_JSON") from error
-    except errors.InvalidArgument as error:
+    except errors.Error as error:
         error.message = f"{path}: {error.message}"
         raise
     scene.message.name = scene.message.name or path.stem
@@ -81,136 +81,93 @@ def parse(text: str, folder=".", settings: dict | None = None) -> Scene:
     """The scene of a JSON text; mesh files are relative to `folder`. Raises as `load`."""
     if not isinstance(text, str):
         raise errors.bad_field("text", f"{type(text).__name__} is not a text")
-    try:
-        tree = json.loads(text, object_pairs_hook=_unique)
-    except json.JSONDecodeError as error:
-        raise errors.InvalidArgument(str(error), reason="BAD_JSON") from error
-    if isinstance(tree, dict):
-        _check_names(tree, v1.Scene.DESCRIPTOR, "")
-    if not isinstance(tree, dict) or not isinstance(tree.get("cloths"), list) or not tree["cloths"]:
-        raise errors.bad_field("cloths", "must have at least one cloth")
+    tree = json_check.parse(text)
     if not isinstance(settings, (dict, type(None))) or any(not isinstance(name, str) for name in settings or ()):
         raise errors.bad_field("settings", f"a dict of fields by path is needed, got {settings!r}")
+    if isinstance(tree, dict) and isinstance(tree.get("cloths"), list):
+        for k, cloth in enumerate(tree["cloths"]):
+            if isinstance(cloth, dict):  # the next check reports it
+                _set_all(settings or {}, cloth, f"cloths[{k}].")
+    more = {kind: v1.MeshFile.DESCRIPTOR for kind in ("ClothSpec", "Collider")}
+    json_check.check(tree, v1.Scene.DESCRIPTOR, more=more)
+    tree = json_check.without_nulls(tree or {})
     meshes: list = []
-    for k, cloth in enumerate(tree["cloths"]):
-        spec = _part(_of_kind(cloth, dict, f"cloths[{k}]"), "spec", dict, f"cloths[{k}].")
-        place = f"cloths[{k}].spec"
-        for field, value in (settings or {}).items():
-            _put(spec, field.split("."), value, f"{place}.")
-        _check_names(spec, v1.ClothSpec.DESCRIPTOR, f"{place}.")
-        _take_mesh(spec, place, (k, None), meshes)
-        if "environment" not in spec:
-            continue
-        colliders = _part(_part(spec, "environment", dict, f"{place}."), "colliders", list, f"{place}.environment.")
-        for c, collider in enumerate(colliders):
-            of = f"{place}.environment.colliders[{c}]"
-            _take_mesh(_of_kind(collider, dict, of), of, (k, c), meshes)
+    for k, cloth in enumerate(tree.get("cloths", ())):
+        spec, place = cloth.get("spec", {}), f"cloths[{k}].spec"
+        _take_mesh(spec, place, "topology", v1.ClothSpec, (k, None), meshes)
+        for c, collider in enumerate(spec.get("environment", {}).get("colliders", ())):
+            _take_mesh(collider, f"{place}.environment.colliders[{c}]", "shape", v1.Collider, (k, c), meshes)
     message = v1.Scene()
     try:
         json_format.ParseDict(tree, message)
     except json_format.ParseError as error:
         raise errors.InvalidArgument(str(error), reason="BAD_JSON") from error
     _resolve_time_step(message, "settings.time_step_s" in (settings or {}))
+    scene = Scene(message)
     for (k, c), place, file, scale_m in meshes:
         spec = message.cloths[k].spec
         owner = spec if c is None else spec.environment.colliders[c]
-        _of_kind(file, str, f"{place}.mesh_file")
-        if isinstance(scale_m, bool) or not isinstance(scale_m, (int, float)) or not 0 < scale_m < math.inf:
-            raise errors.bad_field(f"{place}.scale_m", f"must be a number > 0, got {scale_m!r}")
-        owner.mesh.CopyFrom(mesh.load(pathlib.Path(folder) / file, scale_m))
-    _check_times_and_cloths(message)
-    return Scene(message)
+        owner.mesh.CopyFrom(_read_mesh(pathlib.Path(folder) / file, scale_m, place))
+    return scene
 
 
-def _check_names(tree, descriptor, place):
-    """Raises for names of fields and values that this message of a file has not, as `drape run` does, which protobuf's
-    error would not say by path."""
-    fields = {**descriptor.fields_by_camelcase_name, **descriptor.fields_by_name}
-    for name, value in tree.items():
-        extra = _MESH_FIELDS if descriptor.name in ("ClothSpec", "Collider") else ()
-        if name in extra:
-            continue
-        if name not in fields:
-            known = ", ".join([*descriptor.fields_by_name, *extra])
-            raise errors.bad_field(place + name, f"unknown field; known here: {known}")
-        of = fields[name]
-        for k, part in enumerate(value if isinstance(value, list) else [value]):
-            at = f"{place}{name}[{k}]" if isinstance(value, list) else place + name
-            if of.message_type is not None and isinstance(part, dict):
-                _check_names(part, of.message_type, f"{at}.")
-            elif of.enum_type is not None and isinstance(part, str) and part not in of.enum_type.values_by_name:
-                legal = [known for known in of.enum_type.values_by_name if not known.endswith("UNSPECIFIED")]
-                raise errors.bad_field(at, f"{part!r} is not one of {', '.join(legal)}")
+def _read_mesh(path, scale_m, place):
+    if not 0 < float(scale_m) < math.inf:
+        raise errors.bad_field(f"{place}.scale_m", f"must be > 0, got {float(scale_m):g}")
+    try:
+        return mesh.load(path, float(scale_m))
+    except errors.Error as error:
+        error.fields = (*error.fields, errors.FieldViolation(f"{place}.mesh_file", error.message))
+        error.message = f"{place}.mesh_file: {error.message}"
+        raise
 
 
-def _unique(pairs):
-    found = {}
-    for name, value in pairs:
-        if name in found:
-            raise errors.bad_field(name, "is given twice in one object")
-        found[name] = value
-    return found
+def _set_all(settings, cloth, place):
+    for field, value in settings.items():
+        names = field.split(".")
+        owner = _part(cloth, "spec", place)
+        at = f"{place}spec."
+        for name in names[:-1]:
+            owner = _part(owner, name, at)
+            at += f"{name}."
+        owner[names[-1]] = value
 
 
-def _of_kind(value, kind, place):
-    """`value`, if it is a JSON object (dict), list or text."""
-    if not isinstance(value, kind):
-        name = {dict: "an object", list: "a list", str: "a text"}[kind]
-        raise errors.bad_field(place, f"{reprlib.repr(value)} is not {name}")
-    return value
+def _part(tree, name, place):
+    """The object that `tree` has by this name, an empty one if it has none."""
+    if tree.get(name) is None:
+        tree[name] = {}
+    if not isinstance(tree[name], dict):
+        raise errors.bad_field(place + name, f"{reprlib.repr(tree[name])} is not an object")
+    return tree[name]
 
 
-def _part(tree, name, kind, place):
-    """What `tree` has by this name, an empty one if it has none."""
-    return _of_kind(tree.setdefault(name, kind()), kind, place + name)
-
-
-def _put(tree, names, value, place):
-    for name in names[:-1]:
-        tree = _part(tree, name, dict, place)
-        place += f"{name}."
-    tree[names[-1]] = value
-
-
-def _take_mesh(owner, place, at, meshes):
+def _take_mesh(owner, place, choice, kind, at, meshes):
+    """Takes the fields of MeshFile out of a checked spec or collider, and puts an empty mesh in their place."""
     fields = {name: owner.pop(name) for name in _MESH_FIELDS if name in owner}
     if not fields:
         return
     if "mesh_file" not in fields:
         raise errors.bad_field(f"{place}.scale_m", "needs mesh_file, which is not given")
-    if "mesh" in owner:
-        raise errors.bad_field(f"{place}.mesh_file", "only one of mesh and mesh_file may be given")
+    for other in kind.DESCRIPTOR.oneofs_by_name[choice].fields:
+        if other.name in owner:
+            raise errors.bad_field(f"{place}.mesh_file", f"only one of {other.name} and mesh_file may be given")
     owner["mesh"] = {}
     meshes.append((at, place, fields["mesh_file"], fields.get("scale_m", 1.0)))
 
 
 def _resolve_time_step(message, is_set):
     """One time step for all; a spec may only repeat the scene's."""
-    if is_set:
+    if is_set and message.cloths:
         message.time_step_s = message.cloths[0].spec.settings.time_step_s
     if not message.HasField("time_step_s"):
         message.time_step_s = _DEFAULT_TIME_STEP_S
-    if not message.time_step_s > 0:
-        raise errors.bad_field("time_step_s", f"must be > 0, got {message.time_step_s}")
     for k, cloth in enumerate(message.cloths):
         settings = cloth.spec.settings
         if settings.HasField("time_step_s") and settings.time_step_s != message.time_step_s:
             raise errors.bad_field(f"cloths[{k}].spec.settings.time_step_s",
                                    "differs from time_step_s of the scene, which applies to every cloth")
         settings.time_step_s = message.time_step_s
-
-
-def _check_times_and_cloths(message):
-    """What the server does not get to see."""
-    if not 0 <= message.duration_s / message.time_step_s <= _MOST_STEPS:
-        raise errors.bad_field("duration_s", f"must be >= 0 and at most 10^12 steps, got {message.duration_s}")
-    count = sum(cloth.count if cloth.HasField("count") else 1 for cloth in message.cloths)
-    for k, control in enumerate(message.controls):
-        if not 0 <= control.time_s < math.inf:
-            raise errors.bad_field(f"controls[{k}].time_s", f"must be >= 0, got {control.time_s}")
-        for i, at in enumerate(control.cloths):
-            if at >= count:
-                raise errors.bad_field(f"controls[{k}].cloths[{i}]", f"must be below the number of cloths, {count}, got {at}")
 
 
 class Player:
@@ -227,7 +184,7 @@ class Player:
         self._session = session
         try:
             for entry in scene.message.cloths:
-                count = entry.count if entry.HasField("count") else 1
+                count = scene_check.count_of(entry)
                 origins = np.zeros((count, 3))
                 origins[:, 0] = np.arange(count) * entry.spacing_m
                 self.cloths.append(session.create(entry.spec, count, origins=origins, world=entry.world))
@@ -314,15 +271,17 @@ class Player:
             cloths.scale_rest_lengths(target.scale, target.over_s, ids=[row])
 
     def _grip(self, cloths, row, grip):
-        actions, slots, place = v1.GripControls, [grip.slot], list(grip.target_m) or [0, 0, 0]
+        actions, slots, place = v1.GripControls, [grip.slot], list(grip.target_m)
         if grip.action == actions.HOLD:
             cloths.move_grips(slots, place, grip.over_s, ids=[row])
         elif grip.action == actions.GRAB_PARTICLE:
             cloths.grip(slots, particles=[grip.particle], at=place, largest_force_n=grip.largest_force_n, ids=[row])
         elif grip.action == actions.GRAB_NEAREST:
             cloths.grip(slots, nearest_to=place, radius_m=grip.radius_m, largest_force_n=grip.largest_force_n, ids=[row])
-        else:
+        elif grip.action == actions.RELEASE:
             cloths.release(slots, ids=[row])
+        else:
+            raise errors.bad_field("action", f"{grip.action} is no action of a grip")
 
     def _set_environment(self, control):
         paths = [f"environment.{name}" for name in ("gravity_m_per_s2", "wind_m_per_s") if getattr(control, name)]
