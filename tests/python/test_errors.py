@@ -4,6 +4,7 @@ import re
 import traceback
 
 import grpc
+import numpy as np
 import pytest
 from google.rpc import error_details_pb2, status_pb2
 
@@ -31,6 +32,35 @@ def test_a_bad_field_has_its_path_and_its_range(session):
     assert error.fields[0].field == "spec.grid.columns"
     assert ">= 1" in error.fields[0].description
     assert str(error) == "INVALID_FIELDS: spec.grid.columns: 0 is not >= 1"
+
+
+def test_long_messages_are_told_once(session):
+    """The server cuts them, and the descriptions of their fields at another length."""
+    cloths = session.create(sheet(), 2)
+    with pytest.raises(drape.InvalidArgument) as caught:
+        cloths.update(drape.ClothSpec(), ["foo"])
+    (field,) = caught.value.fields
+    assert str(caught.value) == f"INVALID_FIELDS: {field.field}: {field.description}" and field.description.endswith("settings")
+    with pytest.raises(drape.InvalidArgument) as caught:
+        cloths.write(np.full((2, 36, 3), np.nan))
+    told = "nan, nan, nan are not within 1e+06 m of the cloth's middle (cloth 0 of the batch)"
+    assert str(caught.value) == f"INVALID_FIELDS: {'; '.join(f'positions_m[{k}]: {told}' for k in range(3))}; and 13 more"
+
+
+FIELDS = [("a", "is wrong"), ("b", "is 1...")]
+
+
+@pytest.mark.parametrize("message, expected", [
+    ("a: is wrong; b: is 12345", "a: is wrong; b: is 12345"), ("a: is wrong; b: is 123...", "a: is wrong; b: is 123..."),
+    ("a: is wrong; b: is 1...", "a: is wrong; b: is 1..."), ("a: is wrong; b: i...", "a: is wrong; b: is 1..."),
+    ("a: is wrong; ...", "a: is wrong; b: is 1..."), ("a: is wrong;...", "a: is wrong; b: is 1..."),
+    ("a: is wrong...", "a: is wrong; b: is 1..."), ("a: is w...", "a: is wrong; b: is 1..."),
+    ("something else...", "something else..."), ("", "")])
+def test_what_the_server_cut_is_completed(message, expected):
+    found, details = errors._completed(message, {"fields": FIELDS})
+    assert found == expected and details["fields"][0] == FIELDS[0] and details["fields"][1][1].startswith("is 1")
+    told = "; ".join(f"{field}: {description}" for field, description in details["fields"])
+    assert told == expected or not expected.startswith("a")
 
 
 def test_a_traceback_tells_of_the_error_alone(session):

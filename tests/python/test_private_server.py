@@ -1,3 +1,4 @@
+import asyncio
 import os
 import pathlib
 import signal
@@ -8,6 +9,7 @@ import time
 import pytest
 
 import drape
+import drape.aio
 from conftest import sheet
 from drape import private_server
 
@@ -162,3 +164,22 @@ def test_find_server_order(monkeypatch, tmp_path):
     os.unlink(built)
     with pytest.raises(drape.NotFound, match=f"{tmp_path}/tree/run build, then set DRAPE_SERVER={built}"):
         drape.find_server()
+
+
+def test_a_wrong_path_in_the_environment_is_told_with_where_it_is_from(monkeypatch):
+    monkeypatch.setenv("DRAPE_SERVER", "/none/draped")
+    with pytest.raises(drape.NotFound, match="no server program at /none/draped, where .DRAPE_SERVER says that it is"):
+        drape.find_server()
+    with pytest.raises(drape.NotFound, match="no server program at /other/draped$"):
+        drape.find_server("/other/draped")
+
+
+def test_who_waits_without_end_gets_a_server():
+    with drape.launch("cpu", flags=["--threads=1"], ready_timeout_s=None) as client:
+        assert client.health()
+
+    async def program():
+        async with await drape.aio.launch("cpu", flags=["--threads=1"], ready_timeout_s=None) as client:
+            return await client.health()
+
+    assert asyncio.run(program())

@@ -317,3 +317,9 @@ def test_changes_need_an_id():
     assert not is_repeatable(Unary("DeleteCloths", drape.v1.DeleteClothsRequest()))
     assert is_repeatable(Unary("DeleteCloths", drape.v1.DeleteClothsRequest(request_id="a")))
     assert not is_repeatable(Unary("CreateSession", drape.v1.CreateSessionRequest()))
+
+
+def test_the_pauses_of_any_number_of_tries_are_numbers():
+    tries = tries_of(drape.v1.DeleteClothsRequest(request_id="a"), "DeleteCloths", Retries(tries=4000, budget=1e9))
+    pauses = [tries.pause_after(drape.Unavailable()) for _ in range(3000)]
+    assert 1.6 <= pauses[-1] <= 2.4

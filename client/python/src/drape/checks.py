@@ -78,13 +78,26 @@ def seconds(name, value):
 
 def positive(name, value):
     """`value` as a finite float > 0."""
-    try:
-        number = float(value)
-    except (TypeError, ValueError):
-        number = 0.0
+    number = _float(value)
     if not 0 < number < math.inf:
         raise errors.bad_field(name, f"{reprlib.repr(value)} is not a finite number > 0")
     return number
+
+
+def not_negative(name, value):
+    """`value` as a finite float >= 0."""
+    number = _float(value)
+    if not 0 <= number < math.inf:
+        raise errors.bad_field(name, f"{reprlib.repr(value)} is not a finite number >= 0")
+    return number
+
+
+def _float(value):
+    """`value` as a float; NaN if it is none."""
+    try:
+        return math.nan if isinstance(value, (str, bytes)) else float(value)
+    except (TypeError, ValueError, OverflowError):
+        return math.nan
 
 
 def path(name, value):

@@ -133,7 +133,7 @@ class Client(ClientBase):
 
 
 def connect(address: str, *, tls: bool | bytes | str = False, certificate: tuple | None = None,
-            token: str | None = None, timeout_s: float | None = REQUEST_TIMEOUT_S, ready_timeout_s: float = 5.0,
+            token: str | None = None, timeout_s: float | None = REQUEST_TIMEOUT_S, ready_timeout_s: float | None = 5.0,
             retries: Retries | None = Retries()) -> Client:
     """Connects to a server at HOST:PORT and waits until it answers.
 
@@ -142,7 +142,7 @@ def connect(address: str, *, tls: bool | bytes | str = False, certificate: tuple
     or a file, for servers that ask for it. token: the tenant's, for servers that want one; give it only together
     with TLS, or to a server of this machine. timeout_s: limit of every single request that is not a stream
     (pipelines, runs and frames are streams), 3600 by default; None: none. A step that takes longer is given its own:
-    `step(…, timeout_s=math.inf)`.
+    `step(…, timeout_s=math.inf)`. ready_timeout_s: how long to wait for the first answer; None: as long as timeout_s.
     retries: what is sent again when a connection fails; None: nothing.
     Raises InvalidArgument, Unavailable (CANNOT_CONNECT), Unauthenticated (INVALID_TOKEN), FailedPrecondition
     (TLS_FILE_FAILED).
@@ -151,13 +151,14 @@ def connect(address: str, *, tls: bool | bytes | str = False, certificate: tuple
                   ready_timeout_s)
 
 
-def launch(backend: str = "auto", *, program: str | None = None, flags=(), ready_timeout_s: float = 60.0,
+def launch(backend: str = "auto", *, program: str | None = None, flags=(), ready_timeout_s: float | None = 60.0,
            timeout_s: float | None = REQUEST_TIMEOUT_S, retries: Retries | None = Retries()) -> Client:
     """Starts a private server on a free port of this machine; it ends with the client, and with this process, however
     that ends.
 
     backend: "auto", "gl", "cpu" or "reference". program: the server; None: see `drape.find_server`. flags: further ones
-    for it, e.g. ["--threads=4"]. timeout_s, retries: see `connect`. Raises InvalidArgument for a backend or flags that
+    for it, e.g. ["--threads=4"]. ready_timeout_s: how long to wait until it listens; None: without end. timeout_s, retries:
+    see `connect`. Raises InvalidArgument for a backend or flags that
     the server refuses, NotFound (NO_SERVER_PROGRAM), Unavailable with the end of the server's log.
     """
     server = PrivateServer(backend, program, flags, ready_timeout_s)

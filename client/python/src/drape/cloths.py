@@ -427,7 +427,7 @@ class Cloths(ClothsBase):
     def frames(self, every: int = 1, *, max_hz: float = 0, every_frame: bool = False, velocities: bool = False,
                queue_frames: int = 0, queue_bytes: int = 0) -> Frames:
         """States while somebody steps the cloths: `with cloths.frames() as frames: for frame in frames: ...`. A frame is
-        due after each multiple of `every` steps, the first one at once.
+        due after each multiple of `every` steps, >= 1, the first one at once.
 
         max_hz: frames per second at most. every_frame: none is left out; else a later frame replaces one that was not
         read in time. queue_frames, queue_bytes: of every_frame, what may wait to be read (0: 256 frames, 16 MiB). Raises
@@ -441,7 +441,7 @@ class Cloths(ClothsBase):
             expected: int | None = None, ids=None) -> Run:
         """The server steps the cloths by itself: `with cloths.run() as run: for report in run: ...`. Ends with the `with`.
 
-        hz: steps per second; None: real time; inf: as fast as it can. max_steps: ends after so many (0: never).
+        hz: steps per second, 0.001 to 1e6; None: real time; inf: as fast as it can. max_steps: ends after so many (0: never).
         max_behind_s [s]: steps later than this are dropped (0: 0.1). report_every_s [s] (0: 1). expected: the steps that
         all of them must have completed, or FailedPrecondition (STEP_MISMATCH). What the batch knows of its states is not
         kept up: `frames` or `read` shows them. Raises InvalidArgument, also if no cloth is named, ResourceExhausted

@@ -14,6 +14,7 @@ _DETAILS_KEY = "grpc-status-details-bin"
 # What gRPC itself says of a request for which it found no connection, in all of its versions; no attribute tells it.
 _NO_CONNECTION = ("failed to connect to all addresses", "connections to all backends failing", "DNS resolution failed",
                   "errors resolving ")
+_CUT = "..."  # how texts end that the server has shortened
 _MOST_TOLD = 4  # bad fields in the text of an error: a batch may have one of each cloth
 _LOST = ("SESSION_NOT_FOUND", "SESSION_EXPIRED", "SESSION_LOST")
 # Why a step was refused before it began, or not sent; WORLD_INCOMPLETE but for a cloth that joined the world meanwhile. Not
@@ -224,4 +225,25 @@ def _decode(value, message):
         elif name == "google.rpc.RetryInfo":
             delay = error_details_pb2.RetryInfo.FromString(packed.value).retry_delay
             details["retry_after_s"] = delay.seconds + delay.nanos * 1e-9
-    return status.message or message, details
+    return _completed(status.message or message, details)
+
+
+def _completed(message, details):
+    """The server cuts long texts, its message and each description by itself: what one has lost the other has, so that a
+    message of the fields alone is that again."""
+    fields, at = list(details.get("fields", ())), 0
+    is_cut, body = message.endswith(_CUT), message.removesuffix(_CUT)
+    for k, (field, description) in enumerate(fields):
+        start, rest = f"{field}: {description.removesuffix(_CUT)}", message[at:]
+        if is_cut and len(body) - at < len(start) and start.startswith(body[at:]):
+            message = "; ".join(f"{name}: {said}" for name, said in fields)
+            break
+        if not rest.startswith(start):
+            break
+        end = len(start)
+        if description.endswith(_CUT):
+            following = rest.find(f"; {fields[k + 1][0]}: ", end) if k + 1 < len(fields) else len(rest)
+            end = following if following >= 0 else len(rest)
+            fields[k] = field, rest[len(field) + len(": "):end]
+        at += end + len("; ")
+    return message, {**details, "fields": fields}

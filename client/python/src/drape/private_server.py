@@ -5,6 +5,7 @@ from __future__ import annotations
 import importlib.metadata
 import importlib.util
 import json
+import math
 import os
 import pathlib
 import shutil
@@ -43,7 +44,8 @@ def find_server(program=None):
     if asked:
         if os.path.isfile(asked) and os.access(asked, os.X_OK):
             return os.path.abspath(asked)
-        raise errors.NotFound(f"no server program at {asked}", reason="NO_SERVER_PROGRAM")
+        why = "" if program else ", where $DRAPE_SERVER says that it is"
+        raise errors.NotFound(f"no server program at {asked}{why}", reason="NO_SERVER_PROGRAM")
     if importlib.util.find_spec("drape_server") is not None:
         import drape_server
 
@@ -91,7 +93,7 @@ class PrivateServer:
     def __init__(self, backend="auto", program=None, flags=(), ready_timeout_s=60):
         if isinstance(flags, str) or not all(isinstance(flag, str) for flag in flags):
             raise errors.bad_field("flags", f"a list of texts is needed, got {flags!r}")
-        checks.seconds("ready_timeout_s", ready_timeout_s)
+        ready_timeout_s = checks.seconds("ready_timeout_s", ready_timeout_s)
         self._pid = os.getpid()
         self._log = tempfile.TemporaryFile()
         weakref.finalize(self, self._log.close)  # not by `stop`: errors that come later tell its end
@@ -129,7 +131,7 @@ class PrivateServer:
         return f" (the private server {how}{self._log_tail()})"
 
     def _wait_for_port(self, port_file, timeout_s):
-        end = time.monotonic() + timeout_s
+        end = math.inf if timeout_s is None else time.monotonic() + timeout_s
         previous = ""
         while True:
             try:
@@ -146,7 +148,7 @@ class PrivateServer:
                 raise errors.Unavailable(f"the server ended with status {self._process.returncode} before it was ready"
                                          + self._log_tail(), reason="SERVER_ENDED")
             if time.monotonic() > end:
-                raise errors.Unavailable(f"the server was not ready after {timeout_s} s" + self._log_tail(),
+                raise errors.Unavailable(f"the server was not ready after {timeout_s:g} s" + self._log_tail(),
                                          reason="SERVER_NOT_READY")
             time.sleep(_POLL_S)
 

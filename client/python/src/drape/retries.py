@@ -9,7 +9,7 @@ import threading
 import time
 import uuid
 
-from . import errors
+from . import checks, errors
 
 # Requests that change nothing, or the same however often they are done.
 _IDEMPOTENT = frozenset(("GetServerInfo", "Check", "GetSession", "ListSessions", "RenewSession", "GetCloth", "ListCloths",
@@ -20,6 +20,8 @@ APPLIED = ("pin_controls", "rest_length_controls", "rest_length_scales", "collid
 _REFILL = 0.1
 # Pauses are longer or shorter by up to this part, so that clients of one server do not all come back at once.
 _JITTER = 0.2
+_MOST_TRIES = 2**32 - 1
+_MOST_DOUBLINGS = 100  # of a pause: beyond any max_pause_s that somebody waits for, and no number overflows
 
 
 @dataclasses.dataclass(frozen=True)
@@ -29,10 +31,11 @@ class Retries:
     connection, or to which the server answers with the time after which to ask again. Always within `timeout_s` of the
     request, with the same request id.
 
-    tries: how often a request is sent at most, >= 1. first_pause_s: after the first sending without an answer; each
-    further one is twice as long, at most max_pause_s. budget: each failure takes 1 from the connection's budget, each
-    answer gives 0.1 back; at half of it and below nothing is sent again. request_ids: give one to everything that
-    changes cloths or saved states and has none, pipelines left out, so that it can be sent again, too.
+    tries: how often a request is sent at most, a whole number >= 1. first_pause_s [s], >= 0: after the first sending without
+    an answer; each further one is twice as long, at most max_pause_s [s], >= 0. budget, >= 0: each failure takes 1 from the
+    connection's budget, each answer gives 0.1 back; at half of it and below nothing is sent again. request_ids: give one to
+    everything that changes cloths or saved states and has none, pipelines left out, so that it can be sent again, too.
+    Raises InvalidArgument.
     """
 
     tries: int = 6
@@ -40,6 +43,13 @@ class Retries:
     max_pause_s: float = 2.0
     budget: float = 20.0
     request_ids: bool = False
+
+    def __post_init__(self):
+        checks.whole("tries", self.tries, 1, _MOST_TRIES)
+        for name in ("first_pause_s", "max_pause_s", "budget"):
+            checks.not_negative(name, getattr(self, name))
+        if not isinstance(self.request_ids, bool):
+            raise errors.bad_field("request_ids", f"{self.request_ids!r} is not True or False")
 
 
 class Budget:
@@ -135,6 +145,6 @@ class Tries:
             if not is_repeatable(self._call):
                 return None
             self.unanswered += changes_something(self._call)
-        nominal_s = min(options.max_pause_s, options.first_pause_s * 2 ** self._pauses)
+        nominal_s = min(options.max_pause_s, options.first_pause_s * 2.0 ** min(self._pauses, _MOST_DOUBLINGS))
         self._pauses += 1
         return nominal_s * random.uniform(1 - _JITTER, 1 + _JITTER)

@@ -48,6 +48,7 @@ class FramesBase(_StreamBase):
 
     def _begin(self, every, max_hz, every_frame, velocities, queue_frames, queue_bytes):
         kind = v1.StreamStatesRequest
+        checks.whole("every", every, 1, 2**32 - 1)
         self._gives_credit = not every_frame
         return kind(subscribe=checks.message(
             kind.Subscribe, session=self._cloths._session.name, cloth_ids=self._cloths._all_ids, every_n_steps=every, max_hz=max_hz,
@@ -82,6 +83,8 @@ class RunBase(_StreamBase):
         rows = columns.rows_of(ids, cloths.num)
         if rows is not None and not len(rows):
             raise errors.bad_field("ids", "nothing is selected")
+        if hz is not None and not isinstance(hz, str) and hz == 0:  # in the protocol: real time
+            raise errors.bad_field("hz", "0 is not in [0.001, 1e+06] Hz; None is real time, inf as fast as it can")
         chosen = cloths._all_ids if rows is None else [cloths._all_ids[k] for k in rows]
         cloths._forget_states()
         start = checks.message(
