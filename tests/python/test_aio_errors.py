@@ -57,6 +57,47 @@ def test_a_step_into_a_stream_that_was_closed(client, spec, ask):
     of_a_session(client, program)
 
 
+@pytest.mark.parametrize("depth", [1, 2])
+def test_a_step_after_the_end_of_a_pipeline_says_why_there_is_none(client, spec, depth):
+    async def program(_, session):
+        cloths = await session.create(spec)
+        steps = cloths.pipeline(depth)
+        await steps.step()
+        steps.close()
+        with pytest.raises(drape.Cancelled, match="PIPELINE_CLOSED"):
+            await steps.step()
+        steps = cloths.pipeline(depth)
+        cloths.move_pins([7], [0, 0, 0])
+        with pytest.raises(drape.InvalidArgument) as first:
+            await steps.step()
+            await steps.drain()
+        with pytest.raises(drape.FailedPrecondition, match="PIPELINE_FAILED") as second:
+            await steps.step()
+        assert str(first.value) in second.value.message
+        steps.close()
+
+    of_a_session(client, program)
+
+
+def test_what_is_not_at_hand_is_named_with_the_call_that_brings_it(client, spec):
+    async def program(_, session):
+        cloths = await session.create(spec)
+        for name, how in (("positions", "read()"), ("velocities", "read(velocities=True)"), ("time_s", "read()")):
+            with pytest.raises(drape.FailedPrecondition) as caught:
+                getattr(cloths, name)
+            assert caught.value.reason == "NOT_READ" and caught.value.message.startswith(f"{name}: ")
+            assert caught.value.message.endswith(f"await cloths.{how} first")
+            await eval(f"cloths.{how}", {"cloths": cloths})
+            assert len(getattr(cloths, name)) == 1
+            await cloths.reset()
+        gripped = await session.create(sheet(max_grips=1))
+        with pytest.raises(drape.FailedPrecondition, match="NOT_READ: grip without `at` .* await cloths.read.. first"):
+            gripped.grip([0], particles=[3])
+        gripped.grip([0], particles=[3], at=[0, 0, 0])
+
+    of_a_session(client, program)
+
+
 def test_reading_what_somebody_closes_meanwhile(client, spec):
     async def program(_, session):
         cloths = await session.create(spec)

@@ -93,6 +93,7 @@ WRONG = [
     (lambda c, s: drape.launch("cuda"), "backend: the server refuses --backend: cuda not in {auto,gl,cpu,reference}"),
     (lambda c, s: drape.launch("cpu", flags=["--bogus=3"]), "flags: the server refuses The following argument was not expected"),
     (lambda c, s: drape.launch("cpu", flags=["--threads=x"]), "flags: the server refuses --threads: Value x not in range"),
+    (lambda c, s: s.grip([0], nearest_to=[0, 0, 0], radius_m=1, at=[0, 0, 0]), "at: goes with particles"),
     (lambda c, s: s.rollout(2, steps=0), "steps: 0 is not"),
     (lambda c, s: s.rollout(2, out=3), "out: the dict of an earlier rollout, or None, got int"),
     (lambda c, s: s.rollout(2, pins="0", pin_targets=[0, 0, 0]), "pins: numbers are needed"),

@@ -82,3 +82,28 @@ def test_an_answer_is_that_of_its_step_also_when_the_next_one_starts_again(sessi
         expected = alone.step()
         assert answer.step_count.tolist() == expected.step_count.tolist()
         assert bits(answer.positions) == bits(expected.positions)
+
+
+@pytest.mark.parametrize("depth", [1, 2, 3])
+def test_a_step_after_the_end_says_why_there_is_none(session, spec, depth):
+    cloths = session.create(spec)
+    steps = cloths.pipeline(depth)
+    steps.step()
+    steps.close()
+    cloths.move_pins([0], [0, 0.5, 0])
+    for _ in range(2):
+        with pytest.raises(drape.Cancelled, match="PIPELINE_CLOSED: the pipeline is closed"):
+            steps.step()
+    assert cloths.step().positions[0, 0, 1] == 0.5, "what waits for the next step still does"
+    steps = cloths.pipeline(depth)
+    cloths.move_pins([7], [0, 0, 0])  # no pin
+    with pytest.raises(drape.InvalidArgument) as first:
+        steps.step()
+        steps.drain()
+    for _ in range(2):
+        with pytest.raises(drape.FailedPrecondition) as second:
+            steps.step()
+        assert second.value.reason == "PIPELINE_FAILED" and f"by {first.value}; open another" in second.value.message
+    steps.close()
+    with pytest.raises(drape.FailedPrecondition, match="PIPELINE_FAILED"):
+        steps.step()

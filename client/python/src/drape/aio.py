@@ -4,7 +4,10 @@
         cloths = await session.create(spec, count=64)
         answer = await cloths.step(60)
 
-The properties `positions`, `velocities` and `time_s` of a batch do not ask: await `cloths.read()` first.
+The properties `positions`, `velocities` and `time_s` of a batch do not ask: they have what the last step of all cloths, or
+read, brought, and raise FailedPrecondition (NOT_READ) where it did not bring them; `await cloths.read(velocities=True)`
+brings all three. `cloths.grip(particles=…)` without `at` needs `positions`: after `create`, `reset`, `restart` and a step
+with another view comes `await cloths.read()`.
 """
 
 from __future__ import annotations
@@ -163,7 +166,7 @@ class Pipeline(PipelineBase):
         """Cancels what is under way. Steps that the server has begun may be done."""
         self.is_closed = True
         self._answers.cancel()
-        self._give_up()
+        self._give_up(self._closed)
 
     async def _rest(self):
         for _ in range(len(self._under_way)):
@@ -175,11 +178,11 @@ class Pipeline(PipelineBase):
             try:
                 response = await self._cloths._connection.read(self, self._answers, self._cloths._route,
                                                                self._next_request())
-            except errors.Error:
-                self._give_up()
+            except errors.Error as error:
+                self._failed(error)
                 raise
             if response is grpc.aio.EOF:
-                raise self._ended()
+                raise self._failed(self._ended())
             answer = self._arrived(response)
         return answer
 
@@ -310,14 +313,15 @@ class Cloths(ClothsBase):
         """uint32[triangles, 3] of each cloth."""
         return (await self.topology()).triangles
 
-    positions = property(lambda self: self._at_hand("_positions"), doc="[n, particles, 3] of the last step or read.")
-    velocities = property(lambda self: self._at_hand("_velocities"), doc="[n, particles, 3] of the last step or read.")
-    time_s = property(lambda self: self._at_hand("_time_s"), doc="float64[n] of the last step or read.")
+    positions = property(lambda self: self._at_hand("positions", "read()"), doc="[n, particles, 3] of the last step or read.")
+    velocities = property(lambda self: self._at_hand("velocities", "read(velocities=True)"), doc="[n, particles, 3] of the last step or read.")
+    time_s = property(lambda self: self._at_hand("time_s", "read()"), doc="float64[n] of the last step or read.")
 
-    def _at_hand(self, name):
-        value = getattr(self, name)
+    def _at_hand(self, name, how):
+        value = getattr(self, f"_{name}")
         if value is None:
-            raise errors.FailedPrecondition("not at hand: await cloths.read() first", reason="NOT_READ")
+            raise errors.FailedPrecondition(f"{name}: the last step or read did not bring them, or something has changed them "
+                                            f"since: await cloths.{how} first", reason="NOT_READ")
         return value
 
 

@@ -108,9 +108,9 @@ class Controls:
         holds; the grip stays open if there is none. `step(grips=True)` tells what they hold, `step(impulses=True)` also
         how hard the cloth pulls (`Answer.grips`). at [m]: [m, k, 3], where the grip of
         `particles` is; None: at the particle. What is grabbed keeps its offset from the grip. largest_force_n [N], a
-        number or [m, k]: the grip opens at the end of a step over which the cloth pulls it harder on average; costs as
-        much as `step(impulses=True)`. Raises InvalidArgument, and what `read` does where it asks for the places of
-        particles; with the step comes InvalidArgument for pins, and, of attached cloths, for slots that they have not.
+        number or [m, k]: the grip opens at the end of a step over which the cloth pulls it harder on average; None or 0: it
+        holds however hard; costs as much as `step(impulses=True)`. Raises InvalidArgument, and what `read` does where it
+        asks for the places of particles, for which `drape.aio` wants `await cloths.read()` before; with the step comes InvalidArgument for pins, and, of attached cloths, for slots that they have not.
         """
         if (particles is None) == (nearest_to is None) or (nearest_to is None) != (radius_m is None):
             raise errors.bad_field("grip", "give particles, or nearest_to and radius_m")
@@ -118,13 +118,21 @@ class Controls:
         shape = (len(rows), columns.last_length("slots", slots))
         limits = {} if largest_force_n is None else {"largest_forces_n": largest_force_n}
         if particles is None:
+            if at is not None:
+                raise errors.bad_field("at", "goes with particles; of nearest_to the grip is there")
             self._grips("GRAB_NEAREST", slots, rows, shape, places=nearest_to, radii_m=radius_m, **limits)
             return
         grabbed = columns.distinct("particles", columns.whole("particles", particles, shape))  # one grip holds a particle
         if at is None:
             if grabbed.size and grabbed.max() >= self.particles:
                 raise errors.bad_field("particles", f"{grabbed.max()} is not below {self.particles}")
-            at = self.positions[rows[:, None], grabbed] - self._origins_of(rows)[:, None]
+            try:
+                places = self.positions
+            except errors.FailedPrecondition as error:
+                if error.reason == "NOT_READ":  # of drape.aio
+                    error.message = f"grip without `at` needs the places of the particles; {error.message}"
+                raise
+            at = places[rows[:, None], grabbed] - self._origins_of(rows)[:, None]
         self._grips("GRAB_PARTICLE", slots, rows, shape, places=at, particles=grabbed, **limits)
 
     def move_grips(self, slots, targets, over_s=0.0, ids=None) -> None:

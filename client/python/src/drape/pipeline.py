@@ -23,6 +23,7 @@ class PipelineBase:
         self._cloths = cloths
         self._depth = checks.whole("depth", depth, 1, _MOST_UNDER_WAY)
         self._under_way = collections.deque()
+        self._why_ended = None  # the error that a further step raises
         self._answers = self._open_call()
 
     def _open_call(self):
@@ -30,6 +31,8 @@ class PipelineBase:
 
     def _prepare(self, steps, view, report, ids):
         """The request of a step, noted as under way; None of one of no cloths, whose answer is there when its turn comes."""
+        if self._why_ended is not None:
+            raise self._why_ended()
         cloths = self._cloths
         rows = columns.rows_of(ids, cloths.num)
         view = states.view_of(view)
@@ -67,12 +70,26 @@ class PipelineBase:
         """That of the next answer, which an error is about: the server answers in order."""
         return self._under_way[0][1] if self._under_way else None
 
-    def _give_up(self):
+    def _give_up(self, why):
+        """Nothing comes any more. why: makes the error of further steps."""
+        self._why_ended = self._why_ended or why
         if self._under_way:
             self._under_way.clear()
             self._cloths._forget_states()
 
-    def _ended(self):
+    def _failed(self, error):
+        """`error`, which ends the pipeline."""
+        told = str(error)  # not the error: its traceback would keep alive what it names
+        self._give_up(lambda: errors.FailedPrecondition(f"the pipeline has failed, by {told}; open another one by pipeline()",
+                                                        reason="PIPELINE_FAILED"))
+        return error
+
+    @staticmethod
+    def _closed():
+        return errors.Cancelled("the pipeline is closed", reason="PIPELINE_CLOSED")
+
+    @staticmethod
+    def _ended():
         return errors.Unavailable("the server ended the stream", reason="STREAM_ENDED")
 
 
@@ -81,8 +98,9 @@ class Pipeline(PipelineBase):
 
     def step(self, steps: int = 1, *, view=states.POSITIONS, report: bool = False, ids=None) -> states.Answer | None:
         """Sends a step; see `Cloths.step` for its arguments. Raises InvalidArgument of what cannot be sent; errors of the
-        server come with the answer: those of `Cloths.step`, ResourceExhausted (TOO_MANY_STREAMS), Cancelled after
-        `close`."""
+        server come with the answer: those of `Cloths.step`, ResourceExhausted (TOO_MANY_STREAMS). After such an error
+        further steps raise FailedPrecondition (PIPELINE_FAILED), which tells it; after `close` Cancelled
+        (PIPELINE_CLOSED)."""
         request = self._prepare(steps, view, report, ids)
         if request is not None:
             self._requests.put(request)
@@ -96,7 +114,7 @@ class Pipeline(PipelineBase):
         """Cancels what is under way. Steps that the server has begun may be done."""
         self._requests.put(None)
         self._answers.cancel()
-        self._give_up()
+        self._give_up(self._closed)
 
     def _open_call(self):
         call, self._requests = super()._open_call()
@@ -113,11 +131,10 @@ class Pipeline(PipelineBase):
             try:
                 response = self._cloths._connection.read(self._answers, self._requests)
             except StopIteration:
-                raise self._ended() from None
+                raise self._failed(self._ended()) from None
             except grpc.RpcError as error:
-                request = self._next_request()
-                self._give_up()
-                raise self._cloths._connection.error_of(error, self._cloths._route, request) from None
+                told = self._cloths._connection.error_of(error, self._cloths._route, self._next_request())
+                raise self._failed(told) from None
             answer = self._arrived(response)
         return answer
 
