@@ -36,6 +36,11 @@ WRONG = [
     (lambda: drape.ClothSpec(grid={"columns": "a"}), "ClothSpec.grid.columns", "'a' is not a whole number"),
     (lambda: drape.ClothSpec(pins=[{}, {"particl": 1}]), "ClothSpec.pins[1].particl", "did you mean particle?"),
     (lambda: drape.ClothSpec(pins=[3]), "ClothSpec.pins", "[3] is not a list of Pin messages"),
+    (lambda: drape.Collider(plane=drape.Plane(), sphere=drape.Sphere()), "Collider.sphere", "only one of plane and sphere may"),
+    (lambda: drape.ClothSpec(mesh=drape.Mesh(), grid=drape.Grid()), "ClothSpec.grid", "only one of mesh and grid may be given"),
+    (lambda: drape.Environment(colliders=[{}, {"box": {}, "plane": {}}]), "Environment.colliders[1].plane", "only one of box and"),
+    (lambda: drape.checks.message(v1.CreateClothsRequest, spec={"grid": {}, "mesh": {}}), "spec.mesh", "only one of grid and mesh"),
+    (lambda: drape.checks.message(v1.StepRequest, steps=1, until_step=2), "until_step", "only one of steps and until_step may"),
     (lambda: v1.ImportClothsRequest.Begin(session=3), "Begin.session", "3 is not a text"),
 ]
 
@@ -45,6 +50,10 @@ def test_a_field_that_a_new_message_cannot_take_is_named_with_what_is_legal(make
     with pytest.raises(drape.InvalidArgument, match=re.escape(words)) as caught:
         make()
     assert caught.value.reason == "BAD_FIELD" and [named for named, _ in caught.value.fields] == [field]
+
+
+def test_a_member_of_a_choice_that_is_none_is_not_given():
+    assert drape.Collider(plane=None, sphere=drape.Sphere(radius_m=1)).WhichOneof("shape") == "sphere"
 
 
 def test_messages_take_their_fields_by_name():

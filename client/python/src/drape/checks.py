@@ -37,6 +37,9 @@ def unfit(kind, arguments, fields, place):
     if arguments:
         return errors.InvalidArgument(f"{kind.DESCRIPTOR.name} takes its fields by name: {', '.join(known) or 'it has none'}",
                                       reason="BAD_FIELD")
+    twice = doubled(kind.DESCRIPTOR, fields, place)
+    if twice is not None:
+        return twice
     initialise = getattr(kind.__init__, "__wrapped__", kind.__init__)  # protobuf's own (drape.v1)
     for name, value in fields.items():
         if name not in known:
@@ -45,6 +48,28 @@ def unfit(kind, arguments, fields, place):
             initialise(kind.__new__(kind), **{name: value})
         except (TypeError, ValueError):
             return _not_legal(known[name], value, place + name)
+    return None
+
+
+def doubled(descriptor, fields, place):
+    """An InvalidArgument if these fields of a message, or those of a dict among them, have two members of one choice, of which
+    protobuf would keep the last; else None."""
+    chosen = {}
+    for name, value in fields.items():
+        field = descriptor.fields_by_name.get(name)
+        if field is None or value is None:
+            continue
+        choice = choice_of(field)
+        other = name if choice is None else chosen.setdefault(choice.name, name)
+        if other != name:
+            return errors.bad_field(place + name, f"only one of {other} and {name} may be given")
+        if field.message_type is None:
+            continue
+        for at, part in enumerate(value if isinstance(value, (list, tuple)) else [value]):
+            if isinstance(part, dict):
+                error = doubled(field.message_type, part, f"{place}{name}[{at}]." if is_list(field) else f"{place}{name}.")
+                if error is not None:
+                    return error
     return None
 
 
