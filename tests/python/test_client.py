@@ -60,6 +60,24 @@ def test_tls(tmp_path):
         server.stop()
 
 
+def test_what_is_no_certificate_is_refused_before_connecting(tmp_path):
+    cert, key = certificate_of(tmp_path, "drape")
+    text = tmp_path / "readme.txt"
+    text.write_text("Certificates are in another folder.\n")
+    broken = cert.read_text().replace("MII", "@@@")
+    for given, named in [({"tls": b"junk"}, "tls: the bytes given have no certificates in PEM"),
+                         ({"tls": str(text)}, f"tls: {text} has no certificates in PEM"), ({"tls": b""}, "tls: the bytes"),
+                         ({"tls": broken.encode()}, "tls: the bytes"), ({"tls": key}, f"tls: {key} has no certificates"),
+                         ({"tls": True, "certificate": (key, cert)}, f"certificate[0]: {key} has no certificates"),
+                         ({"tls": cert, "certificate": (cert, text)}, f"certificate[1]: {text} has no private key in PEM")]:
+        with pytest.raises(drape.FailedPrecondition, match=re.escape(named)) as caught:
+            drape.connect("127.0.0.1:1", **given)
+        assert caught.value.reason == "TLS_FILE_FAILED"
+    pem = b"# Autorit\xc3\xa9\n" + cert.read_bytes() + b"# and again\n" + cert.read_bytes() + key.read_bytes()
+    with pytest.raises(drape.Unavailable):  # it is a bundle
+        drape.connect("127.0.0.1:1", tls=pem, certificate=(pem, pem), ready_timeout_s=0.5)
+
+
 def test_a_certificate_of_the_client(tmp_path):
     cert, key = certificate_of(tmp_path, "alice")
     flags = [f"--tls-cert={cert}", f"--tls-key={key}", f"--tls-client-ca={cert}"]

@@ -5,6 +5,8 @@ from __future__ import annotations
 import os
 import pathlib
 import queue
+import re
+import ssl
 import time
 
 import grpc
@@ -26,6 +28,7 @@ HEALTH = "Check"
 _METHODS = {**v1.METHODS, HEALTH: v1.Method("/grpc.health.v1.Health/Check", wrappers_pb2.StringValue,
                                             wrappers_pb2.Int32Value, False, False)}
 _MAX_REQUEST_BYTES = 64 << 20
+_PRIVATE_KEY = re.compile(rb"-----BEGIN ([A-Z0-9 ]*PRIVATE KEY)-----\r?\n.+-----END \1-----", re.DOTALL)
 _LOOPBACK = ("127.", "localhost:", "[::1]:")
 
 
@@ -60,10 +63,30 @@ def channel_options(address):
     return options
 
 
-def _pem(name, given):
-    """PEM bytes, or what a file of them holds."""
-    if isinstance(given, bytes):
-        return given
+def _pem(name, given, holds):
+    """PEM bytes, or those of a file, in which `holds` finds what is needed: None, or what it misses. gRPC would connect in
+    vain, and say so in a log alone."""
+    data = given if isinstance(given, bytes) else _bytes_of(name, given)
+    missing = holds(data)
+    if missing:
+        told = "the bytes given have" if isinstance(given, bytes) else f"{given} has"
+        raise errors.FailedPrecondition(f"{name}: {told} no {missing}", reason="TLS_FILE_FAILED")
+    return data
+
+
+def _certificates_missing(data):
+    try:
+        ssl.SSLContext(ssl.PROTOCOL_TLS_CLIENT).load_verify_locations(cadata=data.decode("ascii", "ignore"))
+    except (ssl.SSLError, ValueError) as error:
+        return f"certificates in PEM, -----BEGIN CERTIFICATE-----: {error}"
+    return None
+
+
+def _key_missing(data):
+    return None if _PRIVATE_KEY.search(data) else "private key in PEM, -----BEGIN PRIVATE KEY-----"
+
+
+def _bytes_of(name, given):
     if not isinstance(given, (str, os.PathLike)):
         raise errors.bad_field(name, f"{type(given).__name__} is neither PEM bytes nor the path of a file")
     try:
@@ -80,8 +103,11 @@ def credentials(tls, certificate=None):
         return None
     if certificate is not None and not (isinstance(certificate, (tuple, list)) and len(certificate) == 2):
         raise errors.bad_field("certificate", "is not a pair of a chain and its key, each PEM bytes or the path of a file")
-    chain, key = (None, None) if certificate is None else (_pem("certificate", part) for part in certificate)
-    return grpc.ssl_channel_credentials(None if tls is True else _pem("tls", tls), key, chain)
+    chain, key = None, None
+    if certificate is not None:
+        chain = _pem("certificate[0]", certificate[0], _certificates_missing)
+        key = _pem("certificate[1]", certificate[1], _key_missing)
+    return grpc.ssl_channel_credentials(None if tls is True else _pem("tls", tls, _certificates_missing), key, chain)
 
 
 class ConnectionBase:
