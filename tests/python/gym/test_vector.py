@@ -281,6 +281,37 @@ def test_gymnasium_makes_them():
     assert not is_alive(server)
 
 
+@pytest.mark.parametrize("asked, expected", [({}, 30), ({"max_episode_steps": 33}, 33), ({"max_episode_steps": 2}, 2)])
+def test_a_single_environment_of_gymnasium_has_the_length_that_its_spec_says(asked, expected):
+    env = gymnasium.make("drape.gym:drape/DropFlat-v0", backend="cpu", threads=1, side=5, **asked)
+    for _ in range(2):
+        env.reset(seed=1)
+        ends = [env.step(np.zeros(8, np.float32))[3] for _ in range(expected)]
+        assert ends == [False] * (expected - 1) + [True]
+    assert env.spec.max_episode_steps == expected
+    env.close()
+
+
+@pytest.mark.parametrize("asked, expected", [({}, 30), ({"max_episode_steps": 33}, 33)])
+def test_environments_of_gymnasium_have_the_length_that_their_spec_says(asked, expected):
+    env = gymnasium.make_vec("drape.gym:drape/DropFlat-v0", num_envs=2, backend="cpu", threads=1, side=5, **asked)
+    assert env.spec.max_episode_steps == expected
+    env.reset(seed=1)
+    ends = [env.step(np.zeros((2, 8), np.float32))[3].tolist() for _ in range(expected)]
+    assert ends == [[False] * 2] * (expected - 1) + [[True] * 2]
+    env.close()
+    again = gymnasium.make_vec(env.spec)
+    assert again.spec.max_episode_steps == expected == again.unwrapped._horizon and again.num_envs == 2
+    again.close()
+
+
+def test_what_is_no_task_says_what_it_lacks(client):
+    env = vector.ClothVectorEnv(1, client=client, side=5)
+    with pytest.raises(NotImplementedError, match="ClothVectorEnv has no _draw_start.., which a task must give"):
+        env.reset(seed=1)
+    env.close()
+
+
 def test_gymnasiums_checks_of_a_single_environment(client):
     from gymnasium.utils.env_checker import check_env
 

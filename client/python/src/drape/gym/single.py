@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import gymnasium
 import numpy as np
 from gymnasium.vector import AutoresetMode
@@ -10,16 +12,30 @@ from drape.gym import floor_tasks, tasks
 
 
 class SingleEnv(gymnasium.Env):
-    """The environment number 0 of a vector environment of one."""
+    """The environment number 0 of a vector environment of one. Of one that `gymnasium.make` has made the wrapper TimeLimit
+    truncates the episodes, after the task's `horizon` or what `make(max_episode_steps=…)` says (-1: never), which nothing
+    else is told: Hang opens its pickers for the end of its horizon all the same."""
 
     def __init__(self, vector):
         self._vector = vector
+        self._made_of = None
         self._has_ended = False
         self.metadata = {**vector.metadata}
         self.metadata.pop("autoreset_mode")
         self.render_mode = vector.render_mode
         self.action_space = vector.single_action_space
         self.observation_space = vector.single_observation_space
+
+    @property
+    def spec(self):
+        """What `gymnasium.make` made it of; None if it did not."""
+        return self._made_of
+
+    @spec.setter
+    def spec(self, spec):
+        self._made_of = spec
+        if spec is not None:
+            self._vector._limit = math.inf
 
     def reset(self, *, seed=None, options=None):
         super().reset(seed=seed)

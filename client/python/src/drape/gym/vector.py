@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import pickle
 
 import numpy as np
@@ -44,9 +45,10 @@ class ClothVectorEnv(VectorEnv):
 
     metadata = {"render_modes": ["rgb_array"], "render_fps": 4}
 
+    _made_of = None
     _session = _owned = None  # of one that could not be made, which gymnasium closes when it is collected
 
-    _stays = ("cloths", "_session", "_owned")  # what a snapshot leaves out: it belongs to a server
+    _stays = ("cloths", "_session", "_owned", "_made_of")  # what a snapshot leaves out: it belongs to a server
 
     # Of a task:
     action_repeat = 8  # simulated steps per action
@@ -85,7 +87,7 @@ class ClothVectorEnv(VectorEnv):
         self.autoreset_mode = AutoresetMode(autoreset_mode)
         self.metadata = {**self.metadata, "autoreset_mode": self.autoreset_mode}
         self.render_mode = render_mode
-        self._horizon = max_episode_steps or self.horizon
+        self._horizon = self._limit = max_episode_steps or self.horizon  # _limit: after which episodes are truncated here
         backend = backend or ("cpu" if self.touches_itself else "auto")
         self.pickers = Pickers((0, self.side - 1), self.picker_step_m, self.picker_radius_m, [-1.0, 0.0, -1.0],
                                [1.0, 1.0, 1.0])
@@ -120,7 +122,7 @@ class ClothVectorEnv(VectorEnv):
 
     def _draw_start(self, rng) -> np.ndarray:
         """[7] where and how a cloth starts: a transform of the flat sheet."""
-        raise NotImplementedError
+        raise self._lacks("_draw_start")
 
     def _settle(self, rows, positions) -> np.ndarray:
         """Steps the cloths `rows`, which have just been reset to their starts at positions [m, particles, 3], to where
@@ -134,7 +136,7 @@ class ClothVectorEnv(VectorEnv):
 
     def _performance(self, positions, rows) -> np.ndarray:
         """[m], larger is better, of the environments `rows`: positions [m, particles, 3]."""
-        raise NotImplementedError
+        raise self._lacks("_performance")
 
     def _outlines(self, rows) -> np.ndarray | None:
         """[m, k, 3]: points where pictures of the environments `rows` show the aim; None: nowhere."""
@@ -176,7 +178,7 @@ class ClothVectorEnv(VectorEnv):
         performance = self._measure()
         rewards = np.where(acts, performance, 0.0)
         terminated = acts & self.cloths.faulted
-        truncated = acts & ~terminated & (self._elapsed >= self._horizon)
+        truncated = acts & ~terminated & (self._elapsed >= self._limit)
         self._done = terminated | truncated
         info = self._info(performance, np.ones(self.num_envs, bool))
         if self.autoreset_mode == AutoresetMode.SAME_STEP and self._done.any():
@@ -231,6 +233,15 @@ class ClothVectorEnv(VectorEnv):
     # --- parts
 
     @property
+    def spec(self):
+        """What `gymnasium.make_vec` made it of, with the `max_episode_steps` that it has; None if it did not."""
+        return self._made_of
+
+    @spec.setter
+    def spec(self, spec):
+        self._made_of = spec if spec is None else dataclasses.replace(spec, max_episode_steps=int(self._horizon))
+
+    @property
     def starts(self):
         """[n, 7]: the transform with which each episode began."""
         return self._starts
@@ -283,6 +294,10 @@ class ClothVectorEnv(VectorEnv):
         self.single_observation_space = spaces.Box(-np.inf, np.inf, (numbers,), np.float32)
         self.action_space = batch_space(self.single_action_space, self.num_envs)
         self.observation_space = batch_space(self.single_observation_space, self.num_envs)
+
+    def _lacks(self, method):
+        return NotImplementedError(f"{type(self).__name__} has no {method}(), which a task must give: a subclass of ClothVectorEnv "
+                                   "such as drape.gym.DropFlat")
 
     def _kind(self):
         return type(self).__name__, self.num_envs, self.cloths.particles
