@@ -130,6 +130,43 @@ def test_a_drag_pulls_the_nearest_particle_and_lets_go(session, free_port):
         assert cloths.step_count[0] <= before + 42  # and stops
 
 
+def test_who_waits_is_told_that_the_session_has_gone(client, free_port, capsys):
+    """By an error, and by `python -m drape.viewer` with a status, for scripts."""
+    session = client.session()
+    session.create(sheet())
+    with client.session(name=session.name) as other:
+        window = Window([other.attach()], advance=None, port=free_port)
+        session.close()
+        with pytest.raises(drape.SessionLost):
+            window.run()
+    session = client.session()
+    session.create(sheet())
+    threading.Timer(1.0, session.close).start()
+    assert main([f"--server={client.address}", f"--session={session.name}", f"--port={free_port}"]) == 1
+    told = capsys.readouterr()
+    assert "look at http" in told.out and "SESSION_NOT_FOUND" in told.err
+
+
+def test_what_the_callers_functions_raise_ends_the_window(session, free_port):
+    def broken(*_):
+        raise KeyError("steering")
+
+    for functions, ask in (({"advance": broken}, "ask_step"), ({"reset": broken}, "ask_reset")):
+        with Window([session.create(sheet())], port=free_port, **functions) as window:
+            threading.Timer(0.2, getattr(window, ask)).start()
+            with pytest.raises(KeyError, match="steering"):
+                window.run()
+            assert "KeyError" in window.status.content
+
+
+@pytest.mark.parametrize("functions, words", [
+    ({"advance": 3}, "advance: 3 is neither a function nor None nor 'step'"),
+    ({"advance": "stepp"}, "advance: 'stepp' is neither"), ({"reset": 3}, "reset: 3 is neither a function nor None$")])
+def test_what_is_no_function_is_refused(session, free_port, functions, words):
+    with pytest.raises(drape.InvalidArgument, match=words):
+        Window([session.create(sheet())], port=free_port, **functions)
+
+
 def test_a_spectator_sees_what_somebody_else_steps(client, session, free_port):
     cloths = session.create(sheet(), count=2)
     with client.session(name=session.name) as other, Window([other.attach()], advance=None, port=free_port) as window:
@@ -238,7 +275,7 @@ def test_the_command_line_attaches_to_a_server_with_tenants(tenants, free_port, 
             assert ends.empty() and time.monotonic() < end, capsys.readouterr()
             time.sleep(0.01)
             shown += capsys.readouterr().out
-    assert ends.get(timeout=30) == 0, "the session is gone, so the window ends"
+    assert ends.get(timeout=30) == 1, "the session is gone, so the window ends"
 
 
 @pytest.mark.parametrize("flags, words", [(3, "INVALID_TOKEN"), (1, "CANNOT_CONNECT")])

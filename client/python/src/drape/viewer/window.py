@@ -30,6 +30,11 @@ def _checked(batches):
     return list(batches)
 
 
+def _check_function(name, given, *others):
+    if not callable(given) and not any(given is other for other in others):
+        raise errors.bad_field(name, f"{reprlib.repr(given)} is neither a function nor {' nor '.join(map(repr, others))}")
+
+
 def _check_place(host, port):
     """viser waits for ever for a server that cannot listen."""
     checks.whole("port", port, 1, 2**16 - 1)
@@ -56,6 +61,8 @@ class Window:
         self.batches = _checked(batches)
         checks.whole("stride", stride, 1, 2**31 - 1)
         checks.positive("time_step_s", time_step_s)
+        _check_function("advance", advance if advance != "step" else self._step_all, None, "step")
+        _check_function("reset", reset, None)
         _check_place(host, port)
         self._advance = self._step_all if advance == "step" else advance
         self._reset = self._reset_all if reset is None else reset
@@ -64,6 +71,8 @@ class Window:
         self._steps_asked = 0
         self._is_reset_asked = False
         self._closing = threading.Event()
+        self._error = None  # what ended the loop
+        self._is_run = False  # somebody waits, and is told of it
         self._drags = queue.SimpleQueue()
         self._pulled = None  # (drawing, row, slot) while a cloth is dragged
         self._recording = None
@@ -89,12 +98,16 @@ class Window:
         return f"http://{self.server.get_host()}:{self.server.get_port()}"
 
     def run(self) -> None:
-        """Until Ctrl-C, or until the cloths are gone."""
+        """Until Ctrl-C, or `close()`. Raises what ends it before: SessionLost and Unavailable where the cloths are gone, and
+        what `advance` and `reset` raise that is no error of this package: those are shown, and it goes on."""
+        self._is_run = True
         try:
             while self._thread.is_alive():
                 self._thread.join(0.2)
         finally:
             self.close()
+        if self._error is not None:
+            raise self._error
 
     def close(self) -> None:
         """Ends the window, not the cloths. May be called again."""
@@ -208,7 +221,14 @@ class Window:
             except errors.Error as error:
                 self.status.content = f"**{error}**"
                 if isinstance(error, (errors.SessionLost, errors.Unavailable)):
+                    self._error = error
                     return
+            except BaseException as error:  # of the caller's functions
+                self.status.content = f"**{type(error).__name__}: {error}**"
+                self._error = error
+                if self._is_run:
+                    return
+                raise
             self._closing.wait(pace.left_s(time.monotonic()))
 
     def _steps_now(self, playing):
