@@ -13,6 +13,7 @@ from drape.gym import metrics, scripted
 
 HERE = pathlib.Path(__file__).parent
 TARGET = HERE / "reference.md"
+_WIDTH = 120
 HEAD = """# Reference of the Python package
 
 Made by `make_reference.py` from the docstrings. Messages (`ClothSpec`, `StepSettings`, …) are those of
@@ -45,10 +46,14 @@ def text_of(thing):
 
 
 def wrapped(text):
-    lines = []
-    for line in text.replace("<", "&lt;").splitlines():
-        lines += textwrap.wrap(line, 120, break_long_words=False, break_on_hyphens=False) or [""]
-    return "\n".join(lines)
+    """Paragraphs whose lines are too long, filled anew; code, which is indented, and the others as they are."""
+    parts = []
+    for part in re.split(r"\n{2,}", text.replace("<", "&lt;")):
+        is_code = any(line.startswith("    ") for line in part.splitlines())
+        is_long = max(map(len, part.splitlines()), default=0) > _WIDTH
+        parts.append(textwrap.fill(" ".join(part.split()), _WIDTH, break_long_words=False, break_on_hyphens=False)
+                     if is_long and not is_code else part)
+    return "\n\n".join(parts)
 
 
 def signature_of(function, name):
