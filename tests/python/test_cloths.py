@@ -395,6 +395,8 @@ def test_a_snapshot_goes_on_with_the_same_bits(client, session):
         with pytest.raises(drape.InvalidArgument) as damaged:
             other.restore(snapshot[:-1])
         assert damaged.value.reason == "SNAPSHOT_DAMAGED"
+        with pytest.raises(drape.InvalidArgument, match="SNAPSHOT_DAMAGED: snapshot: is empty$"):
+            other.restore(b"")
 
 
 def test_impulses_are_the_weight_of_what_hangs_and_lies(session):

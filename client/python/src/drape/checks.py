@@ -80,14 +80,14 @@ def of_kind(name, value, kind):
     return value
 
 
-def whole(name, value, low, high):
-    """`value` as an int in [low, high]."""
+def whole(name, value, low, high, told=None):
+    """`value` as an int in [low, high]. told: the highest legal value, where the server refuses those above."""
     try:
         number = operator.index(value)
     except TypeError:
         number = None
     if number is None or not low <= number <= high:
-        raise errors.bad_field(name, f"{reprlib.repr(value)} is not a whole number in [{low}, {high}]")
+        raise errors.bad_field(name, f"{reprlib.repr(value)} is not a whole number in [{low}, {told or high}]")
     return number
 
 
@@ -176,7 +176,14 @@ def _not_legal(field, value, place):
                 error = unfit(field.message_type._concrete_class, (), part, f"{place}[{at}]." if is_many else f"{place}.")
                 if error is not None:
                     return error
-    return errors.bad_field(place, f"{_told(value)} is not {_what(field, is_many)}")
+    hint = "; it is flat, as an array's ravel() is" if is_many and field.message_type is None and _is_nested(value) else ""
+    return errors.bad_field(place, f"{_told(value)} is not {_what(field, is_many)}{hint}")
+
+
+def _is_nested(value):
+    """Whether it is an array with rows, or a list of lists."""
+    parts = value if isinstance(value, (list, tuple)) else ()
+    return getattr(value, "ndim", 0) > 1 or any(getattr(part, "ndim", 0) or isinstance(part, (list, tuple)) for part in parts)
 
 
 def _told(value):

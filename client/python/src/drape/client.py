@@ -61,13 +61,17 @@ class ClientBase:
     def _session(self, *, name: str | None = None, ttl_s: float | None = None, display_name: str = "") -> Operation[Session]:
         """A new session; or, with `name`, one that exists, which then is not deleted from here.
 
-        ttl_s: its lease, 1 to 86400; None: the server's default. display_name: free text for operators.
+        ttl_s: the lease [s] of a new one, 1 to 86400; None: the server's default. display_name: of a new one, free text for
+        operators. One that exists keeps its own.
         Raises InvalidArgument, SessionLost, ResourceExhausted (TOO_MANY_SESSIONS).
         """
         if name is None:
             message = yield Unary("CreateSession", checks.message(v1.CreateSessionRequest, ttl_s=ttl_s, display_name=display_name))
         else:
             route = Route(checks.text("name", name))
+            for field, is_given in (("ttl_s", ttl_s is not None), ("display_name", bool(display_name))):
+                if is_given:
+                    raise errors.bad_field(field, "is for a new session; the one of this name keeps its own")
             try:
                 message = yield Unary("GetSession", v1.GetSessionRequest(name=name), route)
             except errors.SessionLost as error:

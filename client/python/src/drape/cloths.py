@@ -85,7 +85,7 @@ class ClothsBase(Controls, Pictures, SavedStates):
         the beginning of that step, once. A step that fails uses them up, unless nothing was done (QUEUE_FULL,
         STEP_MISMATCH, no connection) and they are not what is wrong: then they wait for the next step.
 
-        steps: >= 1. until: step until this many are complete instead. expected: every cloth must have completed exactly
+        steps: >= 1, at most `client.info.limits.max_steps_per_request`. until: step until this many are complete instead. expected: every cloth must have completed exactly
         this many, else FailedPrecondition (STEP_MISMATCH). view: what the answer brings: drape.POSITIONS (default),
         VELOCITIES, POSITIONS_AND_VELOCITIES, None, or a StateView with `particles`, an `encoding` or `reductions`, e.g.
         StateView(reductions=["COVERAGE"], coverage_radius_m=0.02) for `answer.coverage`, or
@@ -321,8 +321,11 @@ class ClothsBase(Controls, Pictures, SavedStates):
             return None
         return states.StepReader(self._ids_list(rows), per_cloth)
 
+    def _whole_steps(self, steps):
+        return checks.whole("steps", steps, 1, 2**32 - 1, told=self._session._most_steps)
+
     def _step_request(self, steps, view, report, rows, until, expected, **fields):
-        extent = {"until_step": until} if until is not None else {"steps": checks.whole("steps", steps, 1, 2**32 - 1)}
+        extent = {"until_step": until} if until is not None else {"steps": self._whole_steps(steps)}
         request = checks.message(v1.StepRequest, session=self._session.name, report=report, view=view,
                                  expected_step=expected, **extent, **fields)
         if rows is None:

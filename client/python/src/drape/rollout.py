@@ -93,7 +93,7 @@ class _Plan:
                  grips=None, grip_targets=None, grip_particles=None, constraints=None, rest_lengths=None,
                  rest_length_scales=None, restarts=None, restart_transforms=None, restart_to=None):
         checks.whole("nstep", nstep, 1, _MOST_ROWS)
-        self._steps = checks.whole("steps", steps, 1, 2**32 - 1)
+        self._steps = cloths._whole_steps(steps)
         self._cloths = cloths
         self.rows = columns.rows_of(ids, cloths.num)
         self.every = cloths._every(self.rows)

@@ -15,6 +15,7 @@ from .operations import Operation, Route, Unary, blocking, with_more
 
 _RENEWALS_PER_LEASE = 3  # two may be lost
 _MOST_ASKED_ALONE = 8  # more cloths are listed, up to 1000 in one request
+_MOST_CREATED = 65536  # cloths by one request, of any server
 _PIECE_BYTES = 4 << 20  # of a message to the server
 _LAST_CALL_S = 2.0  # for a session that is deleted because nobody uses it: a dead server must not hold the program up
 
@@ -36,6 +37,7 @@ class SessionBase:
         self._route = Route(message.name, message.incarnation)
         self.ttl_s = message.ttl_s
         self.dtype = client.dtype
+        self._most_steps = client.info.limits.max_steps_per_request  # by one request
         self._is_owner = is_owner
 
     def __repr__(self):
@@ -43,7 +45,7 @@ class SessionBase:
 
     def _create(self, spec: v1.ClothSpec, count: int = 1, *, origins=None, transforms=None, overrides=None,
                 world: str = "", request_id: str = "", timeout_s: float | None = None) -> Operation[Cloths]:
-        """`count` cloths of `spec`, all or none.
+        """`count` cloths of `spec`, 1 to 65536, all or none.
 
         origins [m]: [count, 3], or [3] for all, of each cloth's environment in the world (default: all at the origin). transforms:
         [count, 7] position [m] and quaternion x, y, z, w, in the place of spec.transform. overrides: `count`
@@ -51,6 +53,7 @@ class SessionBase:
         are stepped together with them (`step`). request_id: a repetition with the same id gets the same cloths.
         Raises InvalidArgument, ResourceExhausted (QUOTA_EXCEEDED, BUILD_QUEUE_FULL, BUILD_TIME_EXCEEDED, DEVICE_MEMORY).
         """
+        count = checks.whole("count", count, 1, 2**32 - 1, told=_MOST_CREATED)
         request = checks.message(v1.CreateClothsRequest, session=self.name, spec=spec, count=count,
                                  overrides=overrides, world=world, request_id=request_id)
         if origins is not None:
@@ -148,6 +151,8 @@ class SessionBase:
             raise errors.bad_field("snapshot", f"{type(snapshot).__name__} is not bytes")
         checks.of_kind("spec", spec, v1.ClothSpec)
         snapshot = bytes(snapshot)
+        if not snapshot:
+            raise errors.InvalidArgument("snapshot: is empty", reason="SNAPSHOT_DAMAGED", fields=[("snapshot", "is empty")])
         begin = checks.message(v1.ImportClothsRequest.Begin, session=self.name, inexact=inexact,
                                total_bytes=len(snapshot), request_id=request_id)
         response = yield Unary("ImportCloths", _Import(begin, snapshot), self._route)
