@@ -4,6 +4,7 @@ protobuf, numpy or gRPC would raise. What can be sent, the server checks."""
 from __future__ import annotations
 
 import difflib
+import functools
 import math
 import operator
 import os
@@ -54,23 +55,29 @@ def unfit(kind, arguments, fields, place):
 def doubled(descriptor, fields, place):
     """An InvalidArgument if these fields of a message, or those of a dict among them, have two members of one choice, of which
     protobuf would keep the last; else None."""
-    chosen = {}
+    chosen, looked_at = {}, _in_choices(descriptor)
     for name, value in fields.items():
-        field = descriptor.fields_by_name.get(name)
-        if field is None or value is None:
+        if value is None or name not in looked_at:
             continue
-        choice = choice_of(field)
-        other = name if choice is None else chosen.setdefault(choice.name, name)
+        choice, kind, is_many = looked_at[name]
+        other = name if choice is None else chosen.setdefault(choice, name)
         if other != name:
             return errors.bad_field(place + name, f"only one of {other} and {name} may be given")
-        if field.message_type is None:
+        if kind is None or isinstance(value, Message):
             continue
         for at, part in enumerate(value if isinstance(value, (list, tuple)) else [value]):
             if isinstance(part, dict):
-                error = doubled(field.message_type, part, f"{place}{name}[{at}]." if is_list(field) else f"{place}{name}.")
+                error = doubled(kind, part, f"{place}{name}[{at}]." if is_many else f"{place}{name}.")
                 if error is not None:
                     return error
     return None
+
+
+@functools.cache
+def _in_choices(descriptor):
+    """Of the fields that are members of a choice, or may be dicts with some: name -> choice, message, whether it is a list."""
+    found = {name: (choice_of(field), field.message_type, is_list(field)) for name, field in descriptor.fields_by_name.items()}
+    return {name: (choice and choice.name, kind, is_many) for name, (choice, kind, is_many) in found.items() if choice or kind}
 
 
 def of_kind(name, value, kind):

@@ -25,25 +25,25 @@ class Method(NamedTuple):
 def _explain(cls, name, docs):
     """Gives a message its docstring, and errors that say what is wrong: fields that a new message cannot take are an
     InvalidArgument that names message, field and what is legal, in place of protobuf's TypeError or ValueError, which may
-    name none of them; so are two members of one choice, of which protobuf would keep the last. What is assigned to a message later is protobuf's alone: it is read and written without Python."""
+    name none of them; so are two members of one choice, of which protobuf would keep the last. What is assigned to a message
+    later is protobuf's alone: it is read and written without Python."""
     for nested in cls.DESCRIPTOR.nested_types:
         _explain(getattr(cls, nested.name), f"{name}.{nested.name}", docs)  # getattr keeps the class, as it is then
     cls.__doc__ = docs[name]
     initialise = cls.__init__
     if hasattr(initialise, "__wrapped__"):
         return  # this module is loaded again
-
-    # Only these can have two members of a choice, the second kind in dicts.
-    needs_look = any(field.message_type is not None or checks.choice_of(field) for field in cls.DESCRIPTOR.fields)
+    place = f"{cls.DESCRIPTOR.name}."
 
     @functools.wraps(initialise)
     def explaining(self, *arguments, **fields):
-        if needs_look and len(fields) > 0 and (error := checks.doubled(cls.DESCRIPTOR, fields, f"{cls.DESCRIPTOR.name}.")):
-            raise error
+        twice = checks.doubled(cls.DESCRIPTOR, fields, place)
+        if twice is not None:
+            raise twice
         try:
             initialise(self, *arguments, **fields)
         except (TypeError, ValueError) as error:
-            raise checks.unfit(type(self), arguments, fields, f"{cls.DESCRIPTOR.name}.") or error from None
+            raise checks.unfit(type(self), arguments, fields, place) or error from None
 
     cls.__init__ = explaining
 
