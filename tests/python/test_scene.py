@@ -1,5 +1,6 @@
 import asyncio
 import json
+import re
 import subprocess
 
 import numpy as np
@@ -135,6 +136,9 @@ BAD = [
      "controls[1].collider_targets[0].rotation_xyzw", "must have 4 numbers or none, got 3"),
     (with_control(collider_targets=[{"collider": 1, "position_m": PLACE}]),
      "controls[1].collider_targets[0].collider", "collider 1 is not one of the 1 of cloths[0]"),
+    ({"cloths": [{"spec": {"grid": GRID}, "count": 2}, {"spec": SPEC}, {"spec": {"grid": GRID}}],
+      "controls": [{"cloths": [2], "pin_targets": [{"target_m": PLACE}]}, {"cloths": [3, 2], "pin_targets": [{"target_m": PLACE}]}]},
+     "controls[1].pin_targets[0].particle", "particle 0 is not a pin of cloths[2]"),
     (with_control(rest_lengths=[{"rest_length_m": 0}]), "controls[1].rest_lengths[0].rest_length_m", "must be > 0, got 0"),
     (with_control(rest_length_scale={"scale": 0}), "controls[1].rest_length_scale.scale", "must be > 0, got 0"),
     (with_control(rest_length_scale={"scale": 1, "over_s": -2}), "controls[1].rest_length_scale.over_s", "must be >= 0, got -2"),
@@ -163,13 +167,13 @@ def test_bad_scenes_are_refused_by_path_in_the_words_of_drape_run(client, tmp_pa
     assert theirs.returncode and f"{bad.field}: {bad.description}" in theirs.stderr
 
 
-GRIPS = [{"time_s": 0.1, "grips": [{"target_m": PLACE}]}]  # without an action
-
-
-def test_a_grip_without_an_action_is_refused():
-    """`drape run` has it refused by the server when the time comes."""
-    with pytest.raises(drape.InvalidArgument, match=r"controls\[0\].grips\[0\].action: must be one of HOLD, .*, RELEASE, got none"):
-        drape.scene.parse(json.dumps({"duration_s": 1, "cloths": [{"spec": SPEC}], "controls": GRIPS}))
+@pytest.mark.parametrize("control, words", [
+    ({"grips": [{"target_m": PLACE}]}, "grips[0].action: must be one of HOLD, GRAB_PARTICLE, GRAB_NEAREST, RELEASE, got none"),
+    ({"wind_m_per_s": PLACE, "cloths": [0, 0]}, "cloths[1]: 0 is given twice")])
+def test_what_the_server_would_refuse_in_the_middle_is_refused_before(control, words):
+    text = json.dumps({"duration_s": 1, "cloths": [{"spec": SPEC}], "controls": [control]})
+    with pytest.raises(drape.InvalidArgument, match=re.escape(f"controls[0].{words}")):
+        drape.scene.parse(text)
 
 
 def test_a_scene_made_of_a_message_is_checked_too():

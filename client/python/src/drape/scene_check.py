@@ -1,8 +1,10 @@
 """What must hold of a scene before anything of it is played. The same checks and words as those of `drape run`
-(client/src/scenes/scene_check.cpp), and what a server would refuse in the middle of the play: grips without an action."""
+(client/src/scenes/scene_check.cpp), and of what a server would refuse in the middle of the play: grips without an action,
+gravity and wind of one cloth given twice."""
 
 from __future__ import annotations
 
+import bisect
 import itertools
 import math
 
@@ -77,6 +79,12 @@ def _check_control(scene, control, path):
     for i, at in enumerate(control.cloths):
         if at >= ends[-1]:
             raise errors.bad_field(f"{path}.cloths[{i}]", f"must be below the number of cloths, {ends[-1]}, got {at}")
+    if control.gravity_m_per_s2 or control.wind_m_per_s:  # which the server is told of each cloth once
+        told = set()
+        for i, at in enumerate(control.cloths):
+            if at in told:
+                raise errors.bad_field(f"{path}.cloths[{i}]", f"{at} is given twice")
+            told.add(at)
     for i, target in enumerate(control.rest_lengths):
         _positive(target.rest_length_m, f"{path}.rest_lengths[{i}].rest_length_m")
         _not_negative(target.over_s, f"{path}.rest_lengths[{i}].over_s")
@@ -95,9 +103,13 @@ def _check_control(scene, control, path):
 
 def _controlled(scene, control, ends):
     """The specs that a control is about, each with its place in scene.cloths."""
-    firsts, asked = [0, *ends], sorted(set(control.cloths))
-    return [(k, cloth.spec) for k, cloth in enumerate(scene.cloths)
-            if not asked or any(firsts[k] <= at < firsts[k + 1] for at in asked)]
+    asked, first, found = sorted(control.cloths), 0, []
+    for k, (cloth, end) in enumerate(zip(scene.cloths, ends)):
+        next_asked = bisect.bisect_left(asked, first)
+        if not asked or next_asked < len(asked) and asked[next_asked] < end:
+            found.append((k, cloth.spec))
+        first = end
+    return found
 
 
 def _check_pin_target(pinned, target, path):
