@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -123,8 +125,21 @@ void CheckColliderTarget(const v1::Scene& scene, const v1::SceneControl& control
   }
 }
 
+void CheckAction(v1::GripControls::Action action, const std::string& path) {
+  const google::protobuf::EnumDescriptor& actions = *v1::GripControls::Action_descriptor();
+  if (action != 0 && actions.FindValueByNumber(action) != nullptr) return;
+  std::string names;
+  for (int k = 0; k < actions.value_count(); ++k) {
+    if (actions.value(k)->number() == 0) continue;
+    names += (names.empty() ? "" : ", ") + actions.value(k)->name();
+  }
+  throw BadField(
+      path, "must be one of " + names + ", got " + (action == 0 ? "none" : std::to_string(action)));
+}
+
 void CheckGripTarget(const v1::Scene& scene, const v1::SceneControl& control,
                      const v1::GripTarget& target, const std::string& path) {
+  CheckAction(target.action(), path + ".action");
   const bool is_release = target.action() == v1::GripControls::RELEASE;
   CheckVector(target.target_m(), /*may_be_empty=*/is_release, path + ".target_m");
   CheckNotNegative(target.over_s(), path + ".over_s");
@@ -152,6 +167,14 @@ void CheckControl(const v1::Scene& scene, const v1::SceneControl& control,
     throw BadField(path + ".cloths[" + std::to_string(i) + "]",
                    "must be below the number of cloths, " + std::to_string(cloth_count) + ", got " +
                        std::to_string(control.cloths(i)));
+  }
+  // The server is told of these once for each cloth.
+  const bool has_load = control.gravity_m_per_s2_size() > 0 || control.wind_m_per_s_size() > 0;
+  std::set<uint64_t> told;
+  for (int i = 0; has_load && i < control.cloths_size(); ++i) {
+    if (told.insert(control.cloths(i)).second) continue;
+    throw BadField(path + ".cloths[" + std::to_string(i) + "]",
+                   std::to_string(control.cloths(i)) + " is given twice");
   }
   for (int i = 0; i < control.rest_lengths_size(); ++i) {
     const std::string target = path + ".rest_lengths[" + std::to_string(i) + "]";

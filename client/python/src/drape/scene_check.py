@@ -1,6 +1,5 @@
 """What must hold of a scene before anything of it is played. The same checks and words as those of `drape run`
-(client/src/scenes/scene_check.cpp), and of what a server would refuse in the middle of the play: grips without an action,
-gravity and wind of one cloth given twice."""
+(client/src/scenes/scene_check.cpp)."""
 
 from __future__ import annotations
 
