@@ -16,6 +16,8 @@
 #include <utility>
 #include <vector>
 
+#include "server/core/memory_reserve.h"
+
 namespace drape::api {
 namespace {
 
@@ -166,7 +168,7 @@ Status TlsInUse::TakeFiles() {
 }
 
 std::optional<Status> TlsInUse::Look() {
-  Status now = TakeFiles();
+  Status now = WithinMemory([this] { return TakeFiles(); });
   if (now.ok() == last_.ok() && now.message() == last_.message()) return std::nullopt;
   last_ = now;
   return now;
