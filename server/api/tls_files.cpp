@@ -101,16 +101,12 @@ struct TlsContents {
 };
 
 Result<TlsContents> ReadTlsFiles(const TlsFiles& files) {
-  TlsContents contents;
-  if (files.is_on()) {
-    DRAPE_ASSIGN_OR_RETURN(const std::vector<Certificate> chain,
-                           ReadCertificates(files.certificate));
-    DRAPE_ASSIGN_OR_RETURN(const Key key, ReadKey(files.key));
-    if (X509_check_private_key(chain[0].get(), key.get()) != 1) {
-      return TlsFileFailed(files.key, "is not the key of '" + files.certificate + "'");
-    }
-    contents.pair = Written(chain, key);
+  DRAPE_ASSIGN_OR_RETURN(const std::vector<Certificate> chain, ReadCertificates(files.certificate));
+  DRAPE_ASSIGN_OR_RETURN(const Key key, ReadKey(files.key));
+  if (X509_check_private_key(chain[0].get(), key.get()) != 1) {
+    return TlsFileFailed(files.key, "is not the key of '" + files.certificate + "'");
   }
+  TlsContents contents{.pair = Written(chain, key), .authorities = {}};
   if (files.client_authorities.empty()) return contents;
   DRAPE_ASSIGN_OR_RETURN(const std::vector<Certificate> authorities,
                          ReadCertificates(files.client_authorities));
@@ -119,10 +115,6 @@ Result<TlsContents> ReadTlsFiles(const TlsFiles& files) {
 }
 
 }  // namespace
-
-Status CheckTlsFiles(const TlsFiles& files) {
-  return ReadTlsFiles(files).status();
-}
 
 MemoryFile::~MemoryFile() {
   if (descriptor_ >= 0) close(descriptor_);

@@ -20,11 +20,6 @@ struct TlsFiles {
   bool is_on() const { return !certificate.empty() || !key.empty(); }
 };
 
-// FAILED_PRECONDITION (TLS_FILE_FAILED) names a file that cannot be read or holds no certificate or
-// key, or a key that is not the certificate's: a server that was told to encrypt never serves in
-// the clear, nor refuses everybody.
-Status CheckTlsFiles(const TlsFiles& files);
-
 // A file in memory. Who opens it gets a whole content, the old one or the new one.
 class MemoryFile {
  public:
@@ -48,13 +43,15 @@ class MemoryFile {
 // not yet, the old pair stays in use.
 class TlsInUse {
  public:
-  // Errors as of CheckTlsFiles.
+  // Of files that are on. FAILED_PRECONDITION (TLS_FILE_FAILED) names one that cannot be read, or
+  // in which what it is for is missing or damaged, or a key that is not the certificate's: a server
+  // that was told to encrypt never serves in the clear, nor refuses everybody.
   static Result<std::shared_ptr<TlsInUse>> Open(TlsFiles files);
 
   // The chain and its key are one file.
   TlsFiles copies() const;
-  // Takes what has changed, if it is good; what CheckTlsFiles says now, if it says something else
-  // than before. One thread at a time.
+  // Takes what has changed, if it is good; what Open would say now, if that is something else than
+  // before. One thread at a time.
   std::optional<Status> Look();
 
  private:

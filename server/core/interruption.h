@@ -1,9 +1,11 @@
 // Where work that takes long may stop: a stage of a step, or what a builder makes.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <functional>
 #include <utility>
+#include <vector>
 
 namespace drape {
 
@@ -57,5 +59,19 @@ class SeldomInterruption {
   Interruption* const interruption_;
   uint32_t left_ = kTimes;
 };
+
+// list.resize(size, value) in pieces, with between() after each: the pages of hundreds of megabytes
+// take long to come.
+template <class T, class Between>
+void ResizeInPieces(std::vector<T>& list, size_t size, const Between& between,
+                    const T& value = T()) {
+  constexpr size_t kAtOnce = size_t{1} << 17;
+  list.reserve(size);
+  while (list.size() + kAtOnce < size) {
+    list.resize(list.size() + kAtOnce, value);
+    between();
+  }
+  list.resize(size, value);
+}
 
 }  // namespace drape

@@ -12,6 +12,10 @@
 namespace drape::api {
 namespace {
 
+Status Checked(const TlsFiles& files) {
+  return TlsInUse::Open(files).status();
+}
+
 class TlsFilesTest : public testing::Test {
  protected:
   std::string File(const std::string& name, const std::string& text) const {
@@ -25,11 +29,10 @@ class TlsFilesTest : public testing::Test {
 };
 
 TEST_F(TlsFilesTest, PairsAndAuthoritiesAreGood) {
-  EXPECT_TRUE(CheckTlsFiles({}).ok());
-  EXPECT_TRUE(CheckTlsFiles({.certificate = own_.certificate, .key = own_.key}).ok());
-  EXPECT_TRUE(CheckTlsFiles({.certificate = own_.certificate,
-                             .key = own_.key,
-                             .client_authorities = other_.certificate})
+  EXPECT_TRUE(Checked({.certificate = own_.certificate, .key = own_.key}).ok());
+  EXPECT_TRUE(Checked({.certificate = own_.certificate,
+                       .key = own_.key,
+                       .client_authorities = other_.certificate})
                   .ok());
 }
 
@@ -41,7 +44,7 @@ TEST_F(TlsFilesTest, WhatIsNoCertificateOrKeyIsNamed) {
       TlsFiles files{own_.certificate, own_.key, own_.certificate};
       if (which == 2 && bad.empty()) continue;  // no authorities are fine
       (which == 0 ? files.certificate : which == 1 ? files.key : files.client_authorities) = bad;
-      const Status status = CheckTlsFiles(files);
+      const Status status = Checked(files);
       EXPECT_EQ(status.reason(), "TLS_FILE_FAILED") << which << " " << bad;
       EXPECT_THAT(status.message(), testing::HasSubstr("'" + bad + "'"));
     }
@@ -49,7 +52,7 @@ TEST_F(TlsFilesTest, WhatIsNoCertificateOrKeyIsNamed) {
 }
 
 TEST_F(TlsFilesTest, AKeyOfAnotherCertificateIsRefused) {
-  const Status status = CheckTlsFiles({.certificate = own_.certificate, .key = other_.key});
+  const Status status = Checked({.certificate = own_.certificate, .key = other_.key});
   EXPECT_EQ(status.reason(), "TLS_FILE_FAILED");
   EXPECT_THAT(status.message(), testing::HasSubstr("is not the key of"));
 }
@@ -68,7 +71,7 @@ TEST_F(TlsFilesTest, WhatIsInUseChangesToGoodPairsAloneAndTellsOnce) {
   copy(own_.key, files.key);
   const auto in_use = TlsInUse::Open(files).value();
   const TlsFiles copies = in_use->copies();
-  EXPECT_TRUE(CheckTlsFiles(copies).ok());
+  EXPECT_TRUE(Checked(copies).ok());
   EXPECT_THAT(text(copies.certificate), testing::HasSubstr(text(own_.certificate)));
   EXPECT_EQ(copies.client_authorities, "");
   EXPECT_FALSE(in_use->Look().has_value());
@@ -83,7 +86,7 @@ TEST_F(TlsFilesTest, WhatIsInUseChangesToGoodPairsAloneAndTellsOnce) {
   ASSERT_TRUE(good.has_value());
   EXPECT_TRUE(good->ok());
   EXPECT_EQ(in_use->copies().certificate, copies.certificate);
-  EXPECT_TRUE(CheckTlsFiles(copies).ok());
+  EXPECT_TRUE(Checked(copies).ok());
   EXPECT_THAT(text(copies.certificate), testing::HasSubstr(text(other_.certificate)));
 }
 
@@ -99,12 +102,12 @@ TEST_F(TlsFilesTest, AListWithACertificateThatCannotBeReadIsRefused) {
     const std::string file = File("chain.pem", first + damaged);
     for (const TlsFiles& files :
          {TlsFiles{file, own_.key, ""}, TlsFiles{own_.certificate, own_.key, file}}) {
-      const Status status = CheckTlsFiles(files);
+      const Status status = Checked(files);
       EXPECT_EQ(status.reason(), "TLS_FILE_FAILED");
       EXPECT_THAT(status.message(), testing::HasSubstr("cannot be read"));
     }
   }
-  EXPECT_TRUE(CheckTlsFiles({File("chain.pem", first + second + "\nnothing\n"), own_.key}).ok());
+  EXPECT_TRUE(Checked({File("chain.pem", first + second + "\nnothing\n"), own_.key}).ok());
 }
 
 TEST_F(TlsFilesTest, AChainIsUsedWhole) {

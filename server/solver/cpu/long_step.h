@@ -48,8 +48,8 @@ class LongStep {
   std::span<const StepItem> items_;  // of the piece under way
   std::unique_ptr<StepTeam> team_;   // the same, and of the stage in which it has stopped
   bool is_within_stage_ = false;     // where it has stopped
-  std::unique_ptr<PausableWork>
-      work_;  // last, so that it ends first; null: there was no thread for it
+  // Null: there was no thread for it. Last, so that it ends first.
+  std::unique_ptr<PausableWork> work_;
 };
 
 // Backend::LongStepBytes.

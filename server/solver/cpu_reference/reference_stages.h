@@ -4,8 +4,6 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <algorithm>
-#include <cstddef>
 #include <cstdint>
 #include <vector>
 
@@ -17,15 +15,10 @@ namespace drape::reference {
 // Of each particle and collider.
 template <class T>
 void FillForContacts(const StepContext& context, const T& value, std::vector<T>& list) {
-  // Where particles and colliders are many, these are hundreds of megabytes.
-  constexpr size_t kAtOnce = size_t{1} << 18;
-  const size_t size = context.model.particle_count() * context.colliders.size();
   list.clear();
-  list.reserve(size);
-  while (list.size() < size) {
-    list.insert(list.end(), std::min(kAtOnce, size - list.size()), value);
-    Ask(context.interruption);
-  }
+  ResizeInPieces(
+      list, context.model.particle_count() * context.colliders.size(),
+      [&] { Ask(context.interruption); }, value);
 }
 
 // Change the velocities [m/s] by what acts for `duration_s` at these positions [m].

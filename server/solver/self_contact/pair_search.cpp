@@ -27,11 +27,12 @@ void PairSearch<V>::Begin(const ContactSurface& surface, std::span<const V> posi
   box_states_.resize(patches, 0);
   shape_states_.resize(patches, 0);
   surroundings_states_.resize(patches, 0);
-  Resize(surroundings_, patches, budget);
-  Resize(patch_boxes_, patches, budget);
-  Resize(shapes_, patches, budget);
-  Resize(edge_boxes_, surface.patch_edges().size(), budget);
-  Resize(triangle_boxes_, surface.patch_triangles().size(), budget);
+  const auto check = [&budget] { budget.Check(); };
+  ResizeInPieces(surroundings_, patches, check);
+  ResizeInPieces(patch_boxes_, patches, check);
+  ResizeInPieces(shapes_, patches, check);
+  ResizeInPieces(edge_boxes_, surface.patch_edges().size(), check);
+  ResizeInPieces(triangle_boxes_, surface.patch_triangles().size(), check);
 }
 
 template <class V>

@@ -34,8 +34,9 @@ bool PatchSearch<V>::Find(const ContactSurface& surface, const SearchState<V>& s
 template <class V>
 void PatchSearch<V>::Prepare(SearchBudget& budget) {
   const std::span<const ContactPatch> patches = surface_->patches();
-  Resize(shapes_, patches.size(), budget);
-  Resize(patches_, patches.size(), budget);
+  const auto check = [&budget] { budget.Check(); };
+  ResizeInPieces(shapes_, patches.size(), check);
+  ResizeInPieces(patches_, patches.size(), check);
   constexpr size_t kBetweenChecks = 1u << 13;
   for (size_t p = 0; p < patches.size(); ++p) {
     if (p % kBetweenChecks == 0) budget.Check();

@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cstddef>
-#include <vector>
 
 #include "server/core/interruption.h"
 #include "server/solver/self_contact/contact_surface.h"
@@ -43,18 +42,6 @@ class SearchBudget {
   size_t next_check_;  // when less is left
   Interruption* interruption_;
 };
-
-// list.resize(size); of a large surface these are hundreds of megabytes.
-template <class T>
-void Resize(std::vector<T>& list, size_t size, SearchBudget& budget) {
-  constexpr size_t kAtOnce = size_t{1} << 17;
-  list.reserve(size);
-  while (list.size() + kAtOnce < size) {
-    list.resize(list.size() + kAtOnce);
-    budget.Check();
-  }
-  list.resize(size);
-}
 
 // One look is what two boxes cost that are not near each other, about 1 ns. In looks:
 inline constexpr size_t kNodePairLooks = 8;   // two nodes of the tree

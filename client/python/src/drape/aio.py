@@ -314,7 +314,8 @@ class Cloths(ClothsBase):
         return (await self.topology()).triangles
 
     positions = property(lambda self: self._at_hand("positions", "read()"), doc="[n, particles, 3] of the last step or read.")
-    velocities = property(lambda self: self._at_hand("velocities", "read(velocities=True)"), doc="[n, particles, 3] of the last step or read.")
+    velocities = property(lambda self: self._at_hand("velocities", "read(velocities=True)"),
+                          doc="[n, particles, 3] of the last step or read.")
     time_s = property(lambda self: self._at_hand("time_s", "read()"), doc="float64[n] of the last step or read.")
 
     def _at_hand(self, name, how):

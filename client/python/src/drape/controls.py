@@ -110,7 +110,8 @@ class Controls:
         `particles` is; None: at the particle. What is grabbed keeps its offset from the grip. largest_force_n [N], a
         number or [m, k]: the grip opens at the end of a step over which the cloth pulls it harder on average; None or 0: it
         holds however hard; costs as much as `step(impulses=True)`. Raises InvalidArgument, and what `read` does where it
-        asks for the places of particles, for which `drape.aio` wants `await cloths.read()` before; with the step comes InvalidArgument for pins, and, of attached cloths, for slots that they have not.
+        asks for the places of particles, for which `drape.aio` wants `await cloths.read()` before; with the step comes
+        InvalidArgument for pins, and, of attached cloths, for slots that they have not.
         """
         if (particles is None) == (nearest_to is None) or (nearest_to is None) != (radius_m is None):
             raise errors.bad_field("grip", "give particles, or nearest_to and radius_m")

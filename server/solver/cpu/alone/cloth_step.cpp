@@ -178,19 +178,6 @@ void Copy(const StepContext& context, const FloatState& from, FloatState& to) {
   });
 }
 
-// Where particles and colliders are many, these are hundreds of megabytes.
-void MakeRoomForContacts(const StepContext& context) {
-  constexpr size_t kAtOnce = size_t{1} << 18;
-  std::vector<ContactImpulses>& contacts = context.scratch.contacts;
-  const size_t size = context.model.particle_count * context.scratch.reach.near.size();
-  contacts.reserve(size);
-  while (contacts.size() + kAtOnce < size) {
-    contacts.resize(contacts.size() + kAtOnce);
-    AskInterruption(context);
-  }
-  contacts.resize(size);
-}
-
 void Begin(const StepContext& context, const FloatState& state) {
   const FloatModel& model = context.model;
   StepScratch& scratch = context.scratch;
@@ -213,9 +200,9 @@ void Begin(const StepContext& context, const FloatState& state) {
   }
   const bool has_impulses = model.has_compliance() || model.has_inequalities();
   scratch.distance_impulses.resize(has_impulses ? model.groups.size() + 1 : 0);
-  MakeRoomForContacts(context);
-  scratch.clearances.Reset(state.positions.size(), scratch.reach.near.size(),
-                           [&] { AskInterruption(context); });
+  const auto ask = [&context] { AskInterruption(context); };
+  ResizeInPieces(scratch.contacts, model.particle_count * scratch.reach.near.size(), ask);
+  scratch.clearances.Reset(state.positions.size(), scratch.reach.near.size(), ask);
   if (solver.has_quiet_links) scratch.quiet_round_offs.assign(state.positions.size(), 0);
   scratch.has_quiet_particles = false;
   scratch.self_contacts_failed = false;
