@@ -99,7 +99,8 @@ class TetherSearch {
     }
     TetherSet set;
     set.offsets.push_back(0);
-    for (const std::vector<Tether>& found : found_) {
+    for (std::vector<Tether>& found : found_) {
+      std::ranges::sort(found, {}, &Tether::pin);
       set.tethers.insert(set.tethers.end(), found.begin(), found.end());
       set.offsets.push_back(static_cast<uint32_t>(set.tethers.size()));
     }

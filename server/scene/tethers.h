@@ -17,8 +17,9 @@ struct Tether {
   double length_m = 0;
 };
 
-// The tethers of particle i are the entries offsets[i] .. offsets[i + 1] of `tethers`, nearest pin
-// first; pins have none.
+// The tethers of particle i are the entries offsets[i] .. offsets[i + 1] of `tethers`, in the order
+// of their pins; pins have none. (Which pin is nearest differs between particles and between cloths
+// that hold others, which share lanes.)
 struct TetherSet {
   std::vector<uint32_t> offsets;  // [particle_count + 1]
   std::vector<Tether> tethers;

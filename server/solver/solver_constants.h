@@ -167,6 +167,10 @@ inline constexpr unsigned kMaxHingePeriod = 4;
 // Strips of meshes of compliant links look ahead by this share of a substep's interval [-]. Larger:
 // what stretches and shakes within some substeps is damped more; smaller: meshes tremble.
 inline constexpr double kLinkLead = 0.2;
+// Grids and chains carry remainders in steps that begin with no particle faster than this [m/s].
+// Larger: it costs more; smaller: what rounding shakes is faster, and does not come to rest. It
+// shakes hung cloths by at most 0.02 m/s (tests/bench/notes/solver.md).
+inline constexpr double kCalmSpeed_m_per_s = 0.1;
 // Cloths whose SceneModel::held_mass_ratio is larger keep to one step [-]: one sweep leaves much of
 // the errors there, and two steps extrapolate what is left and gain energy (from about 30 on a
 // sheet whose masses alternate, `./run bench stability`). Smaller: cloths that two steps suit lose

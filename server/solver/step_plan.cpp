@@ -87,6 +87,14 @@ double LeadOfLinks(const SceneModel& model, const StepSettings& settings,
              : 0;
 }
 
+// SolverChoice::remainder_speed_m_per_s. In the many phases of a mesh rounding errors show in any
+// motion. In grids and chains they keep from resting what else would, and only there are they worth
+// what it costs to carry remainders.
+double RemainderSpeed_m_per_s(const SceneModel& model, const SolverChoice& choice) {
+  if (!choice.has_two_steps) return 0;
+  return CrossesOften(model) ? std::numeric_limits<double>::infinity() : kCalmSpeed_m_per_s;
+}
+
 // SolverChoice::hinge_period: of slow hinges of meshes by two steps, which gain no energy so
 // (tests/solver/substep_schedule_test.cpp).
 uint32_t PeriodOfHinges(const SceneModel& model, const ClothParameters& parameters,
@@ -176,7 +184,7 @@ SolverChoice ChooseSolver(const SceneModel& model, const ClothParameters& parame
   choice.has_elastic_lines = HasElasticLines(model, parameters);
   choice.hinge_period = PeriodOfHinges(model, parameters, choice);
   choice.link_lead = LeadOfLinks(model, settings, choice);
-  choice.has_remainders = choice.has_two_steps && CrossesOften(model);
+  choice.remainder_speed_m_per_s = RemainderSpeed_m_per_s(model, choice);
   choice.hinge_stages = StagesOfHinges(model, parameters, choice);
   choice.span_give = SpanGive(model, parameters, choice);
   ChooseRefinement(model, settings, choice);

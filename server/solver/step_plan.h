@@ -2,6 +2,7 @@
 // Backends, costs and reports read it; none of them decides again.
 #pragma once
 
+#include <cmath>
 #include <compare>
 #include <cstdint>
 
@@ -28,8 +29,9 @@ struct SolverChoice {
   uint32_t hinge_stages = 0;
   // Substeps that share the forces of slow hinges; more than 1: in one stage.
   uint32_t hinge_period = 1;
-  // Single precision: what rounding takes from positions is carried from substep to substep.
-  bool has_remainders = false;
+  // Single precision: what rounding takes from positions is carried from substep to substep, in
+  // steps that begin with no particle faster than this [m/s]; infinite: in all.
+  double remainder_speed_m_per_s = 0;
   // Strips look ahead of the end of a substep by this many of its intervals (33a of method.md).
   double link_lead = 0;
   bool has_spring_forces = false;  // springs act within the substep (IN_FORCE), not by kicks
@@ -51,6 +53,7 @@ struct SolverChoice {
   uint32_t refine_solves = 0;  // no further round once this many links have been moved
 
   bool has_start_directions() const { return end_share < 1; }
+  bool always_has_remainders() const { return std::isinf(remainder_speed_m_per_s); }
   friend auto operator<=>(const SolverChoice&, const SolverChoice&) = default;
 };
 

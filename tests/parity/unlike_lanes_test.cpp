@@ -176,13 +176,17 @@ std::vector<Case> Cases() {
   return cases;
 }
 
+Pins RandomPins(uint32_t particle_count, uint32_t count, std::mt19937& random) {
+  std::set<uint32_t> pins;
+  for (uint32_t k = 0; k < count; ++k)
+    pins.insert(static_cast<uint32_t>(random()) % particle_count);
+  return {pins.begin(), pins.end()};
+}
+
 // Without pins, with one and with several, some cloths with the pins of others.
 Pins RandomPins(uint32_t particle_count, uint32_t index) {
   std::mt19937 random(index - index % 4 / 3);
-  std::set<uint32_t> pins;
-  for (uint32_t k = 0; k < index % 5; ++k)
-    pins.insert(static_cast<uint32_t>(random()) % particle_count);
-  return {pins.begin(), pins.end()};
+  return RandomPins(particle_count, index % 5, random);
 }
 
 // The bits of the last `sizes` of these cloths are the same in lanes as alone.
@@ -221,6 +225,27 @@ TEST_P(OwnPinsTest, SameInGroupsAsAlone) {
   };
   EXPECT_GT(std::ranges::count_if(scenes, fits_first), 32) << "most can share lanes";
   ExpectSameInLanes(scenes, {7, 49});
+}
+
+// Particles have tethers to more pins than a cloth has of them, to pins beyond the 64th, too.
+TEST(ManyOwnPinsTest, SameInGroupsAsAlone) {
+  constexpr uint32_t kColumns = 16, kRows = 12;
+  std::vector<Scene> scenes;
+  for (uint32_t k = 0; k < 49; ++k) {
+    std::mt19937 random(k);
+    Pins pins;
+    for (const uint32_t pin : RandomPins(kColumns * kRows, k % 7 == 0 ? 400 : 14 + k % 9, random)) {
+      // No two are neighbours, whose link would be left out.
+      if ((pin % kColumns + pin / kColumns) % 2 == 0) pins.push_back(pin);
+    }
+    EXPECT_EQ(pins.size() > 70, k % 7 == 0);
+    scenes.push_back(Variant(With(Grid(kColumns, kRows, 0.6, 0.5, pins), Preset::kRealtime), k));
+  }
+  const auto fits_first = [&](const Scene& scene) {
+    return cpu::FitsLayout(*scene.model, *scenes[0].model);
+  };
+  EXPECT_GT(std::ranges::count_if(scenes, fits_first), 32) << "most can share lanes";
+  ExpectSameInLanes(scenes, {49});
 }
 
 // Cloths of one model, and of several, that grip different particles, some none.

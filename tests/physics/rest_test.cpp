@@ -85,6 +85,45 @@ std::vector<Scene> Spans() {
   return scenes;
 }
 
+// What hangs on long columns, whose rounding errors add up along them: in single precision it
+// comes to rest by its remainders in calm steps. Sheets by their first rows, a loaded chain.
+Scene ByFirstRow(uint32_t columns, uint32_t rows, double width_m, double height_m,
+                 const StructuralMaterial& material = {}) {
+  std::vector<uint32_t> pins(columns);
+  std::iota(pins.begin(), pins.end(), 0);
+  return Grid(columns, rows, width_m, height_m, pins, material);
+}
+
+// Let go aslant; the last particle is as heavy as 200 others.
+Scene LoadedChain(uint32_t links) {
+  ParticleTopology particles;
+  for (uint32_t k = 0; k <= links; ++k) {
+    particles.positions_m.push_back({0.03 * k, 0, 0.01 * k});
+    particles.masses_kg.push_back(k < links ? 0.005 : 1.0);
+    if (k == 0) continue;
+    const double length_m = std::hypot(0.03, 0.01);
+    particles.distance_constraints.push_back({.i = k - 1, .j = k, .rest_length_m = length_m});
+  }
+  return Particles(particles, {0});
+}
+
+std::vector<Scene> FewColumns() {
+  return {Damped(ByFirstRow(8, 50, 0.16, 1.0), "narrow_sheet"),
+          Damped(LoadedChain(40), "loaded_chain")};
+}
+
+std::vector<Scene> Columns() {
+  std::vector<Scene> scenes;
+  scenes.push_back(Damped(ByFirstRow(32, 32, 1, 1), "sheet"));
+  scenes.push_back(Damped(ByFirstRow(20, 50, 0.4, 1.0), "long_sheet"));
+  scenes.push_back(Damped(ByFirstRow(48, 48, 1, 1), "fine_sheet"));
+  scenes.push_back(Damped(
+      ByFirstRow(20, 40, 0.4, 0.8, {.bending_rigidity_n_m = 1e-5, .shear_modulus_n_per_m = 40}),
+      "fabric"));
+  scenes.push_back(Damped(Grid(50, 35, 1.2, 0.9, {0, 49}), "two_corners"));
+  return scenes;
+}
+
 // A tube whose rim is held, so that it falls into folds: `around` vertices in each of `rows` rings,
 // off their places by up to `off` of their distances, diagonals drawn at random. Its hinges are
 // drawn at an angle, and folds bend many of them flat.
@@ -195,6 +234,25 @@ TEST_P(RestTest, OfAHungCloth) {
 }
 
 DRAPE_PHYSICS_TEST_ON_EVERY_BACKEND(RestTest);
+
+// Where grids and chains have remainders, or need none.
+using ColumnRestTest = RestTest;
+
+TEST_P(ColumnRestTest, OfWhatHangsOnLongColumns) {
+  ExpectRest(FewColumns());
+}
+
+INSTANTIATE_TEST_SUITE_P(Backends, ColumnRestTest, testing::ValuesIn(OwnBackendNames()),
+                         [](const auto& one) { return one.param; });
+
+using ColumnRestLong = RestTest;
+
+TEST_P(ColumnRestLong, OfWhatHangsOnLongColumns) {
+  ExpectRest(Columns());
+}
+
+INSTANTIATE_TEST_SUITE_P(Backends, ColumnRestLong, testing::ValuesIn(OwnBackendNames()),
+                         [](const auto& one) { return one.param; });
 
 using RestLong = RestTest;
 

@@ -80,13 +80,13 @@ TEST(TethersTest, OfAGridAreAsLongAsTheWayAlongItsThreads) {
   EXPECT_NEAR(tethers[1].length_m, 0.6, 1e-12);
 }
 
-TEST(TethersTest, NearestPinComesFirstAndTiesGoToTheLowerIndex) {
+TEST(TethersTest, ComeInTheOrderOfTheirPins) {
   Row row(5);
   row.positions_m[4] = {1, 0, 3};  // so that neither pin implies the other
   const TetherSet set = row.Find({4, 0});
   EXPECT_THAT(Texts(Of(set, 1)), ElementsAre("0:1", "4:3"));
   EXPECT_THAT(Texts(Of(set, 2)), ElementsAre("0:2", "4:2"));
-  EXPECT_THAT(Texts(Of(set, 3)), ElementsAre("4:1", "0:3"));
+  EXPECT_THAT(Texts(Of(set, 3)), ElementsAre("0:3", "4:1"));
 }
 
 // A curtain: |p - B| <= |p - A| + |A - B|, so only the pin straight above matters.

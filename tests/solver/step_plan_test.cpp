@@ -66,20 +66,20 @@ TEST(StepPlanTest, MeshesLookAheadAndKeepTheirRemainders) {
   const test::Scene mesh = test::IrregularSheet({.cell_m = 0.2});
   const test::Scene rigid = test::IrregularSheet({.cell_m = 0.2, .stretch_stiffness_n_per_m = 0});
   EXPECT_EQ(solver(mesh, Preset::kRealtime).link_lead, kLinkLead);
-  EXPECT_TRUE(solver(mesh, Preset::kRealtime).has_remainders);
+  EXPECT_TRUE(solver(mesh, Preset::kRealtime).always_has_remainders());
   EXPECT_EQ(solver(mesh, Preset::kAccurate).link_lead, 0);
   EXPECT_EQ(solver(mesh, Preset::kPaper).link_lead, 0);
-  EXPECT_FALSE(solver(mesh, Preset::kPaper).has_remainders);
+  EXPECT_EQ(solver(mesh, Preset::kPaper).remainder_speed_m_per_s, 0);
   EXPECT_EQ(solver(rigid, Preset::kRealtime).link_lead, 0);
-  EXPECT_TRUE(solver(rigid, Preset::kRealtime).has_remainders);
+  EXPECT_TRUE(solver(rigid, Preset::kRealtime).always_has_remainders());
   test::Scene on_plane = mesh;  // beside friction, too
   on_plane.parameters.colliders = {PlaneThrough({0, -1, 0}, {0, 1, 0})};
   on_plane.parameters.friction_static = 0.5;
   EXPECT_TRUE(solver(on_plane, Preset::kRealtime).has_quiet_links);
-  EXPECT_TRUE(solver(on_plane, Preset::kRealtime).has_remainders);
+  EXPECT_TRUE(solver(on_plane, Preset::kRealtime).always_has_remainders());
   const test::Scene grid = test::CompliantSheet(5, 1e-4);
   EXPECT_EQ(solver(grid, Preset::kRealtime).link_lead, 0);
-  EXPECT_FALSE(solver(grid, Preset::kRealtime).has_remainders);
+  EXPECT_EQ(solver(grid, Preset::kRealtime).remainder_speed_m_per_s, kCalmSpeed_m_per_s);
 }
 
 // Sheets of 30 mm on two corners would flutter, those of 1 m in as many cells do not.

@@ -6,7 +6,7 @@ namespace drape::reference {
 using Eigen::Vector3d;
 
 // No particle ends the substep farther from a pin than the cloth between them is long (an
-// inequality in the sense of Bender et al. 2009, section 3.1); nearest pin first.
+// inequality in the sense of Bender et al. 2009, section 3.1); in the order of the pins.
 void Tether(StepContext& context) {
   if (!context.plan.Has(StepStage::kTether)) return;
   const SceneModel& model = context.model;

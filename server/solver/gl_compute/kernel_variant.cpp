@@ -161,7 +161,7 @@ TraitSet TraitsOf(const PlannedCloth& cloth, const DeviceTraits& device) {
   traits.Add(Feature::kTwoSteps, solver.has_two_steps);
   traits.Add(Feature::kSpansThatGive, solver.span_give > 0);
   traits.Add(Feature::kQuietLinks, solver.has_quiet_links);
-  traits.Add(Feature::kRemainders, solver.has_remainders);
+  traits.Add(Feature::kRemainders, solver.always_has_remainders());
   traits.Add(Feature::kHingeAngles, model.elastic_shares().impulses_per_element > 1);
   traits.Add(Feature::kStartDirections, solver.has_start_directions());
   traits.Add(Feature::kRegularStrips,

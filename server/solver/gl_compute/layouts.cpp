@@ -67,7 +67,7 @@ PackedLayout<shader::ScratchLayout> LayOutScratch(const PlannedCloth& cloth, boo
   layout.air_impulses = append(plan.Has(StepStage::kApplyWind), 3 * model.triangles().size());
   layout.previous_positions = append(plan.solver.has_two_steps, 3 * particles);
   layout.previous_velocities = append(plan.solver.has_two_steps, 3 * particles);
-  layout.remainders = append(plan.solver.has_remainders, 6 * particles);
+  layout.remainders = append(plan.solver.always_has_remainders(), 6 * particles);
   layout.twist_changes = append(plan.Has(StepStage::kDampTwist), 3 * particles);
   layout.strip_links = append(plan.Has(StepStage::kSolveStrips),
                               uint64_t{DRAPE_STRIP_LINK_WORDS} * model.strips().constraints.size());

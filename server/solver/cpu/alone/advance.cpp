@@ -142,7 +142,7 @@ void IntegratePins(const StepContext& context) {
 
 void Predict(const StepContext& context) {
   if (context.substep.is_two_step) {
-    if (context.controls.plan.solver.has_remainders) {
+    if (context.scratch.has_remainders) {
       PredictFree<TwoStepPrediction<true>>(context);
     } else {
       PredictFree<TwoStepPrediction<false>>(context);
@@ -166,7 +166,7 @@ void PredictPositions(const StepContext& context, float interval) {
 
 void Integrate(const StepContext& context) {
   const float interval = context.substep.interval;
-  if (context.substep.is_two_step && context.controls.plan.solver.has_remainders) {
+  if (context.substep.is_two_step && context.scratch.has_remainders) {
     const float inverse_interval = context.substep.inverse_interval;
     Vec4* const remainders = context.scratch.remainders.data();
     EndFree(context, [=](uint32_t i, Vec4& p, Vec4& v) {

@@ -267,11 +267,13 @@ void BeginSubstep(StepContext& context, uint32_t index, double substep_s) {
   context.scratch.bodies.Begin(index * substep_s, substep_s);
   if (ImpulseSums* const sums = context.impulses()) sums->BeginSubstep(context, index, substep_s);
   if (index == 0 && context.substep.is_two_step) {
-    Copy(context, context.scratch.state, context.scratch.previous);
-    if (!context.controls.plan.solver.has_remainders) return;
-    const size_t count = context.scratch.state.positions.size();
-    context.scratch.remainders.assign(count, Vec4{});
-    context.scratch.previous_remainders.assign(count, Vec4{});
+    StepScratch& scratch = context.scratch;
+    Copy(context, scratch.state, scratch.previous);
+    scratch.has_remainders = HasRemainders(context.controls.plan.solver, scratch.state);
+    if (!scratch.has_remainders) return;
+    const size_t count = scratch.state.positions.size();
+    scratch.remainders.assign(count, Vec4{});
+    scratch.previous_remainders.assign(count, Vec4{});
   }
 }
 

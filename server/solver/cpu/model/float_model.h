@@ -212,7 +212,7 @@ struct FloatModel {
   std::vector<uint32_t> link_places;
   std::vector<ImpulseBounds> bounds;  // [group_count]; empty if all constraints are equalities
   std::vector<FloatJoint> joints;     // in the order of the source
-  // One block per four free particles: their nearest pins, then the next ones, and so on. Blocks
+  // One block per four free particles: their first tethers, then the next ones, and so on. Blocks
   // are independent of each other.
   std::vector<TetherGroup> tethers;
   std::vector<uint32_t> tether_block_offsets;  // [ceil(free particles / 4) + 1] groups

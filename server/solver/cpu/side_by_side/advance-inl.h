@@ -73,7 +73,9 @@ class Prediction {
         half_interval_(context.substep.half_interval),
         accelerations_(context.accelerations),
         previous_(context.previous),
-        remainders_(context.controls.plan.solver.has_remainders ? context.remainders : nullptr),
+        remainders_(context.cloths_with_remainders != 0 ? context.remainders : nullptr),
+        all_have_remainders_(context.all_have_remainders()),
+        have_remainders_(MaskOf(context.cloths_with_remainders)),
         quiet_round_offs_(context.has_quiet_particles ? context.quiet_round_offs : nullptr),
         inverse_interval_(context.substep.inverse_interval),
         lead_(context.substep.lead),
@@ -113,10 +115,17 @@ class Prediction {
     if (may_rest) DropOfResting(i, remainders.now, remainders.previous);
     const VectorsCloths way = ((p - previous.p) * kThird + v * lead_) +
                               (remainders.now + (remainders.now - remainders.previous) * kThird);
-    const VectorsCloths base = p + way;
+    VectorsCloths base = p + way;
     VectorsCloths rest = way - (base - p);
     if (may_rest) DropOfResting(i, rest);
-    const VectorsCloths mean = Mean(previous, v) + rest * inverse_interval_;
+    const VectorsCloths bare_mean = Mean(previous, v);
+    VectorsCloths mean = bare_mean + rest * inverse_interval_;
+    if (!all_have_remainders_) {
+      const VecCloths zero = SplatCloths(0);
+      Assign(rest, Select(have_remainders_, rest, VectorsCloths{zero, zero, zero}));
+      Assign(base, Select(have_remainders_, base, (p + (p - previous.p) * kThird) + v * lead_));
+      Assign(mean, Select(have_remainders_, mean, bare_mean));
+    }
     Assign(remainders.previous, remainders.now);
     Assign(remainders.now, rest);
     Assign(previous.p, p);
@@ -137,7 +146,9 @@ class Prediction {
   const float half_interval_;
   const VectorsCloths* const accelerations_;
   ClothParticle* const previous_;
-  ClothRemainders* const remainders_;        // null: none
+  ClothRemainders* const remainders_;  // null: none
+  const bool all_have_remainders_;
+  const MaskCloths have_remainders_;
   const VecCloths* const quiet_round_offs_;  // null: nothing rests
   const float inverse_interval_;
   const float lead_;
@@ -164,7 +175,8 @@ class TetherPull {
         offsets_(one_model_ != nullptr ? one_model_->source->tether_offsets().data()
                                        : context.own_pins.lists->tether_offsets.data()),
         tethers_(one_model_ != nullptr ? one_model_->single_tethers.data() : nullptr),
-        own_tethers_(one_model_ != nullptr ? nullptr : context.own_pins.lists->tethers.data()) {}
+        own_tethers_(one_model_ != nullptr ? nullptr : context.own_pins.lists->tethers.data()),
+        own_lengths_(one_model_ != nullptr ? nullptr : context.own_pins.lists->tether_lengths()) {}
   // Position and velocity of a particle.
   HWY_INLINE void operator()(uint32_t i, const VectorsCloths& p, VectorsCloths& u) const {
     for (uint32_t t = offsets_[i]; t < offsets_[i + 1]; ++t) {
@@ -188,7 +200,7 @@ class TetherPull {
       Assign(pin.p, Select(cloths, pins[end.pin].p, pin.p));
       Assign(pin.u, Select(cloths, pins[end.pin].u, pin.u));
     }
-    Pull(i, t, pin, context_.own_pins.tether_lengths[t], p, u);
+    Pull(i, t, pin, LoadCloths(own_lengths_ + t * kClothCount), p, u);
   }
 
   // In the cloths in which the particle is free.
@@ -230,6 +242,7 @@ class TetherPull {
   const uint32_t* const offsets_;
   const SingleTether* const tethers_;
   const OwnTether* const own_tethers_;
+  const float* const own_lengths_;
 };
 
 // The free particles end the substep (Bender et al. 2009, section 3.1, eq. 1): p = b + H u; the
@@ -245,8 +258,10 @@ class Integration {
         has_spring_forces_(context.controls.plan.solver.has_spring_forces),
         interval_(context.open.ended.interval),
         inverse_interval_(context.open.ended.inverse_interval),
-        remainders_(is_two_step_ && context.controls.plan.solver.has_remainders ? context.remainders
-                                                                                : nullptr),
+        remainders_(is_two_step_ && context.cloths_with_remainders != 0 ? context.remainders
+                                                                        : nullptr),
+        all_have_remainders_(context.all_have_remainders()),
+        have_remainders_(MaskOf(context.cloths_with_remainders)),
         half_interval_(context.open.ended.half_interval),
         accelerations_(context.accelerations),
         kick_(context.gravity * half_interval_) {}
@@ -269,6 +284,10 @@ class Integration {
     const VectorsCloths end = p + way;
     Assign(v, v - remainder * inverse_interval_);
     Assign(remainder, way - (end - p));
+    if (!all_have_remainders_) {
+      const VecCloths zero = SplatCloths(0);
+      Assign(remainder, Select(have_remainders_, remainder, VectorsCloths{zero, zero, zero}));
+    }
     Assign(p, end);
   }
 
@@ -281,6 +300,8 @@ class Integration {
   const float interval_;
   const float inverse_interval_;
   ClothRemainders* const remainders_;  // null: none
+  const bool all_have_remainders_;
+  const MaskCloths have_remainders_;
   const float half_interval_;
   const VectorsCloths* const accelerations_;
   const VectorsCloths kick_;

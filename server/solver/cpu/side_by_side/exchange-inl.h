@@ -87,7 +87,7 @@ void Gather(std::span<const GroupCloth> cloths, const GroupContext& context) {
     context.particles[i] = {p, v};
     if (has_previous) context.previous[i] = {p, v};
   }
-  if (context.controls.plan.solver.has_remainders) {
+  if (context.cloths_with_remainders != 0) {
     const VectorsCloths none{SplatCloths(0), SplatCloths(0), SplatCloths(0)};
     std::fill_n(context.remainders, context.particle_count(), ClothRemainders{none, none});
   }

@@ -28,7 +28,6 @@ struct GroupScratch {
   PinLists pin_lists;         // these only if the cloths hold different particles (OwnPins)
   SimdMemory inverse_masses;  // [particle_count + 1]
   SimdMemory pins;            // [pin_lists.pin_count]
-  SimdMemory tether_lengths;  // [pin_lists.tether_offsets.back()]
   SimdMemory spans;           // [strip_pairs]
   std::vector<uint32_t> unlike_elements;
   std::vector<uint32_t> own_elements;   // OwnPins::element_places

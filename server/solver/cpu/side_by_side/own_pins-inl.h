@@ -1,4 +1,4 @@
-// The inverse masses, pins and tethers of a group whose cloths hold different particles, into the
+// The inverse masses and pins of a group whose cloths hold different particles, into the
 // lanes (lanes.md). Compiled once per instruction set.
 #if defined(DRAPE_CPU_SIDE_BY_SIDE_OWN_PINS_INL_H_) == defined(HWY_TARGET_TOGGLE)
 #ifdef DRAPE_CPU_SIDE_BY_SIDE_OWN_PINS_INL_H_
@@ -9,7 +9,6 @@
 
 #include <algorithm>
 #include <array>
-#include <limits>
 #include <span>
 
 #include "server/solver/cpu/side_by_side/exchange-inl.h"
@@ -75,24 +74,6 @@ void GatherInverseMasses(std::span<const GroupCloth> cloths, const FloatModel& l
   for (const uint32_t i : own_pins.lists->released) gather(i);
 }
 
-// A cloth that has fewer tethers than others has some of no end.
-void GatherTethers(const OwnPins& own_pins) {
-  const std::vector<uint32_t>& offsets = own_pins.lists->tether_offsets;
-  const std::span<const TethersOfLane> lanes = own_pins.lists->tethers_of_lanes;
-  for (uint32_t i = 0; i + 1 < offsets.size(); ++i) {
-    for (uint32_t t = offsets[i]; t < offsets[i + 1]; ++t) {
-      alignas(64) float lengths[kClothCount];
-      for (size_t lane = 0; lane < kClothCount; ++lane) {
-        const uint32_t* const own = lanes[lane].offsets + i;
-        const uint32_t place = own[0] + (t - offsets[i]);
-        lengths[lane] = place < own[1] ? lanes[lane].tethers[place].length
-                                       : std::numeric_limits<float>::infinity();
-      }
-      own_pins.tether_lengths[t] = LoadCloths(lengths);
-    }
-  }
-}
-
 // Which strips are spans of each cloth.
 void GatherSpans(const ModelOfLane& models, const FloatModel& layout, const OwnPins& own_pins) {
   for (size_t pair = 0; pair < layout.strip_pairs.size(); ++pair) {
@@ -128,7 +109,6 @@ void GatherOwnPins(std::span<const GroupCloth> cloths, const GroupContext& conte
   if (!context.has_own_pins()) return;
   const ModelOfLane models = ModelsOf(cloths);
   GatherInverseMasses(cloths, context.model, context.own_pins);
-  GatherTethers(context.own_pins);
   GatherSpans(models, context.model, context.own_pins);
   GatherPins(cloths, context);
 }

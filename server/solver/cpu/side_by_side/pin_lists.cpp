@@ -2,8 +2,17 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
+#include <limits>
 
 namespace drape::cpu {
+namespace {
+
+// Tethers of a particle, one for each pin, at most [-]. Larger: more are looked at than any cloth
+// has; smaller: more of them lead to another pin in each cloth.
+constexpr int kMostByPins = 4;
+
+}  // namespace
 
 void PinLists::Make(std::span<const Lane> lanes, const FloatModel& layout) {
   all_cloths = (uint32_t{1} << lanes.size()) - 1;
@@ -24,6 +33,7 @@ void PinLists::Make(std::span<const Lane> lanes, const FloatModel& layout) {
   tether_offsets.assign(1, 0);
   tethers.clear();
   tether_ends.clear();
+  length_blocks_.clear();
   const bool have_one_model =
       std::ranges::all_of(lanes, [&](const Lane& lane) { return lane.model == lanes[0].model; });
   one_model = have_one_model ? lanes[0].model : nullptr;
@@ -83,6 +93,46 @@ void PinLists::MarkLinks(const FloatModel& layout) {
 }
 
 void PinLists::ListTethers(uint32_t particle) {
+  if (!ListByPins(particle)) ListByRanks(particle);
+  AddLengths(particle);
+  tether_offsets.push_back(static_cast<uint32_t>(tethers.size()));
+}
+
+void PinLists::AddLengths(uint32_t particle) {
+  const size_t begin = tether_offsets.back(), lanes = tethers_of_lanes.size();
+  if (tethers.size() == begin) return;
+  LengthBlock endless;
+  endless.numbers.fill(std::numeric_limits<float>::infinity());
+  constexpr size_t kBlock = endless.numbers.size();
+  length_blocks_.resize((tethers.size() * lanes + kBlock - 1) / kBlock, endless);
+  float* const lengths = length_blocks_[0].numbers.data() + begin * lanes;
+  for (size_t lane = 0; lane < lanes; ++lane) {
+    const TethersOfLane& own = tethers_of_lanes[lane];
+    size_t place = 0;
+    for (uint32_t t = own.offsets[particle]; t < own.offsets[particle + 1]; ++t, ++place) {
+      while (!tethers[begin + place].MayLeadTo(own.tethers[t].pin_index)) ++place;
+      lengths[place * lanes + lane] = own.tethers[t].length;
+    }
+  }
+}
+
+bool PinLists::ListByPins(uint32_t particle) {
+  uint64_t pins = 0;  // a bit of each
+  for (const TethersOfLane& lane : tethers_of_lanes) {
+    for (uint32_t t = lane.offsets[particle]; t < lane.offsets[particle + 1]; ++t) {
+      const uint32_t pin = lane.tethers[t].pin_index;
+      if (pin >= 64) return false;
+      pins |= uint64_t{1} << pin;
+    }
+  }
+  if (std::popcount(pins) > kMostByPins) return false;
+  for (; pins != 0; pins &= pins - 1) {
+    tethers.push_back({static_cast<uint32_t>(std::countr_zero(pins)), 0, 0});
+  }
+  return true;
+}
+
+void PinLists::ListByRanks(uint32_t particle) {
   const std::span<const TethersOfLane> lanes = tethers_of_lanes;
   uint32_t count = 0;
   for (const TethersOfLane& lane : lanes) {
@@ -101,7 +151,6 @@ void PinLists::ListTethers(uint32_t particle) {
     }
     tethers.push_back({first_pin, begin, static_cast<uint32_t>(tether_ends.size())});
   }
-  tether_offsets.push_back(tether_offsets.back() + count);
 }
 
 }  // namespace drape::cpu

@@ -1,6 +1,7 @@
 // Which particles the cloths of a group hold that do not all hold the same ones (lanes.md).
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <span>
@@ -29,6 +30,9 @@ struct OwnTether {
   uint32_t pin;
   uint32_t others_begin;  // in PinLists::tether_ends
   uint32_t others_end;
+
+  // Of the tethers of a particle, looked at one after the other.
+  bool MayLeadTo(uint32_t other) const { return pin == other || others_begin != others_end; }
 };
 
 // The tethers of the model in a lane.
@@ -61,19 +65,35 @@ struct PinLists {
   // layout.
   std::vector<uint8_t> has_own_link;
   const FloatModel* one_model = nullptr;  // of all cloths; null: they have several
-  // Of several models, those of each lane, and of all together the tethers of each particle, the
-  // nearest pin of each cloth first: offsets [particle_count + 1].
+  // Of several models, those of each lane, and of all together the tethers of each particle, each
+  // cloth's in the order of its pins: offsets [particle_count + 1]. One for each pin to which any
+  // cloth has one or, where those were many, the first of each cloth, then the second, and so on.
   std::vector<TethersOfLane> tethers_of_lanes;
   std::vector<uint32_t> tether_offsets;
   std::vector<OwnTether> tethers;
   std::vector<TetherEnd> tether_ends;
+  // [tethers][lanes] their lengths [m], infinite where a cloth has no such tether; aligned as
+  // registers are.
+  const float* tether_lengths() const {
+    return length_blocks_.empty() ? nullptr : length_blocks_[0].numbers.data();
+  }
 
  private:
   void ListHolds(std::span<const Lane> lanes);
   void MarkLinks(const FloatModel& layout);
+  void ListTethers(uint32_t particle);
+  // Whether they could be listed so.
+  bool ListByPins(uint32_t particle);
+  void ListByRanks(uint32_t particle);
+  void AddLengths(uint32_t particle);
   // Of the tether whose ends begin there.
   void AddEnd(uint32_t pin, uint32_t cloth, uint32_t begin);
-  void ListTethers(uint32_t particle);
+
+  // As large as the largest registers, and aligned as they are.
+  struct alignas(64) LengthBlock {
+    std::array<float, 16> numbers;
+  };
+  std::vector<LengthBlock> length_blocks_;
 };
 
 }  // namespace drape::cpu

@@ -93,7 +93,6 @@ struct OwnPins {
   const PinLists* lists = nullptr;      // null: the cloths hold the same
   VecCloths* inverse_masses = nullptr;  // [particle_count + 1]
   ClothParticle* pins = nullptr;        // [PinLists::pin_count]
-  VecCloths* tether_lengths = nullptr;  // [PinLists::tether_offsets.back()]
   // Of each elastic element its place in `elements`; 0: all cloths have the numbers of the first.
   const uint32_t* element_places = nullptr;
   OwnElement* elements = nullptr;
@@ -107,11 +106,23 @@ OwnPins OwnPinsOf(std::span<const GroupCloth> cloths, GroupScratch& scratch) {
   return {&lists,
           scratch.inverse_masses.Reserve<VecCloths>(lists.held_by.size() + 1),
           scratch.pins.Reserve<ClothParticle>(lists.pin_count),
-          scratch.tether_lengths.Reserve<VecCloths>(lists.tether_offsets.back()),
           nullptr,
           nullptr,
           nullptr,
           scratch.spans.Reserve<VecPair>(cloths[0].context.model.layout().strip_pairs.size())};
+}
+
+// One bit each; lanes without a cloth are like the last one.
+uint32_t WithRemainders(std::span<const GroupCloth> cloths) {
+  uint32_t lanes = 0;
+  for (size_t lane = 0; lane < kClothCount; ++lane) {
+    const size_t k = std::min(lane, cloths.size() - 1);
+    const bool has = k == lane
+                         ? HasRemainders(cloths[k].context.controls.plan.solver, cloths[k].state)
+                         : (lanes >> k & 1) != 0;
+    lanes |= static_cast<uint32_t>(has) << lane;
+  }
+  return lanes;
 }
 
 // Everything one step of a group needs.
@@ -127,8 +138,9 @@ struct GroupContext {
         particles(scratch.particles.Reserve<ClothParticle>(particle_count())),
         previous(scratch.previous.Reserve<ClothParticle>(
             controls.plan.schedule.has_two_steps() ? particle_count() : 0)),
+        cloths_with_remainders(WithRemainders(cloths)),
         remainders(scratch.remainders.Reserve<ClothRemainders>(
-            controls.plan.solver.has_remainders ? particle_count() : 0)),
+            cloths_with_remainders != 0 ? particle_count() : 0)),
         pin_targets(scratch.pin_targets.Reserve<VectorsCloths>(pin_count())),
         path_solution(scratch.path_solution.Reserve<PairLinkSolution>(
             std::max(model.longest_strip, model.longest_elastic_line))),
@@ -192,6 +204,9 @@ struct GroupContext {
   bool KeepsImpulses() const { return SolvesLinksAgain() || substep.is_last; }
   // Of the substep under way.
   ContactNumbers contact_numbers() const { return {contact_cloths, controls, substep}; }
+  bool all_have_remainders() const {
+    return cloths_with_remainders == (uint32_t{1} << kClothCount) - 1;
+  }
   bool has_hinge_stages() const { return controls.plan.solver.hinge_stages > 0; }
   // Number of elastic elements, of triangles, or of places for cells, whichever is largest.
   size_t kick_count() const {
@@ -220,7 +235,8 @@ struct GroupContext {
   // The working memory, GroupScratch.
   ClothParticle* const particles;
   ClothParticle* const previous;
-  ClothRemainders* const remainders;
+  const uint32_t cloths_with_remainders;  // one bit each
+  ClothRemainders* const remainders;      // 0 in the lanes of the others
   VectorsCloths* const pin_targets;
   PairLinkSolution* const path_solution;
   VectorsPair* const end_directions;

@@ -4,6 +4,14 @@
 
 namespace drape::cpu {
 
+bool HasRemainders(const SolverChoice& solver, const FloatState& state) {
+  if (solver.always_has_remainders()) return true;
+  const auto largest = static_cast<float>(solver.remainder_speed_m_per_s);
+  return largest > 0 && std::ranges::none_of(state.velocities, [largest](const Vec4& v) {
+           return Dot(v, v) > largest * largest;
+         });
+}
+
 FloatSubstep::FloatSubstep(const Substep& substep, double damping_per_s)
     : interval(static_cast<float>(substep.interval_s)),
       half_interval(0.5f * interval),

@@ -35,6 +35,10 @@ struct FloatState {
   std::vector<Vec4> velocities;
 };
 
+// Whether a step that begins in this state carries remainders
+// (SolverChoice::remainder_speed_m_per_s).
+bool HasRemainders(const SolverChoice& solver, const FloatState& state);
+
 // The impulses of one collider on one particle in this substep, times w.
 struct ContactImpulses {
   Vec4 tangent;
@@ -97,8 +101,9 @@ struct GridElasticScratch {
 
 // Working memory of one step; kept by a thread between steps only to save allocations.
 struct StepScratch {
-  FloatState state;     // the step's working copy; velocities hold u within a substep
-  FloatState previous;  // the state before, two steps only
+  FloatState state;             // the step's working copy; velocities hold u within a substep
+  FloatState previous;          // the state before, two steps only
+  bool has_remainders = false;  // in this step (HasRemainders)
   // With remainders only: what rounding took from each position, of b within a substep [m]; and the
   // same of the state before.
   std::vector<Vec4> remainders, previous_remainders;
