@@ -130,6 +130,12 @@ double ClothRuntime::NextTime_s() const {
   return TimeAfter_s(progress_.completed_steps + 1);
 }
 
+StepReport ClothRuntime::Watched(StepReport report) {
+  energy_gain_j_ = report.energy ? energy_gain_j_ + report.energy->gain_j : 0;
+  report.warnings.energy_gained |= report.energy && energy_gain_j_ > report.energy->allowed_j;
+  return report;
+}
+
 void ClothRuntime::CompleteStep(const StepReport& report) {
   progress_.fault = report.fault;
   if (report.fault == FaultReason::kNone) {
@@ -176,6 +182,7 @@ void ClothRuntime::Reset(const std::vector<Eigen::Vector3d>& pin_starts_m,
   progress_ = ClothProgress{};
   base_time_s_ = 0;
   base_steps_ = 0;
+  energy_gain_j_ = 0;
   ++state_version_;
   ++reset_count_;
   controls_.Reset(pin_starts_m, pin_targets_m);
@@ -185,6 +192,7 @@ void ClothRuntime::Reset(const std::vector<Eigen::Vector3d>& pin_starts_m,
 
 void ClothRuntime::Restate() {
   progress_.fault = FaultReason::kNone;
+  energy_gain_j_ = 0;
   ++state_version_;
   sleep_.Wake();
   TellChange();
@@ -205,7 +213,8 @@ RuntimeState ClothRuntime::Save() const {
                      .lengths = controls_.lengths(),
                      .colliders = controls_.colliders(),
                      .budget = budget_,
-                     .sleep = sleep_};
+                     .sleep = sleep_,
+                     .energy_gain_j = energy_gain_j_};
   // The targets of a step that did not end are known to the backend, but not to the state.
   if (is_in_pieces_ || is_faulted()) {
     state.pins.SendAgain();
@@ -225,6 +234,7 @@ void ClothRuntime::Restore(RuntimeState state) {
   controls_.SetColliders(std::move(state.colliders));
   budget_ = state.budget;
   sleep_ = state.sleep;
+  energy_gain_j_ = state.energy_gain_j;
   ++state_version_;
   ++reset_count_;
   TellChange();

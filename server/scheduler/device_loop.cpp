@@ -270,7 +270,7 @@ void DeviceLoop::CompleteSteps(const std::vector<Part>& parts,
         ++asleep;
         continue;
       }
-      const StepReport report = cloth.budget().Measured(reports[next++], cost_us);
+      const StepReport report = cloth.Watched(cloth.budget().Measured(reports[next++], cost_us));
       faults += report.fault != FaultReason::kNone && !cloth.is_faulted();
       part.request->CompleteStep(k, report);
       cloth.CompleteStep(report);

@@ -39,7 +39,8 @@ EnergyLimit EnergyLimitOf(const SceneModel& model, const ClothParameters& parame
                      model.extent_m();
   if (!parameters.colliders.empty()) {
     constexpr double kSpeed = kMaxDepenetrationSpeed_m_per_s;
-    limit.constant_j += mass_kg * kSpeed * (kSpeed / 2 + gravity * settings.time_step_s);
+    limit.colliders_j = mass_kg * kSpeed * (kSpeed / 2 + gravity * settings.time_step_s);
+    limit.constant_j += limit.colliders_j;
   }
   // m v.(g h/2) at both ends, of all particles at most sqrt(2 m K) |g| h/2.
   if (!plan.solver.has_two_steps) {

@@ -21,7 +21,8 @@ struct EnergyLimit {
   // grown with them.
   bool watches_stores = false;
   double constant_j = 0;
-  double lag_root_j = 0;                       // times the root of the kinetic energy [J^1/2]
+  double colliders_j = 0;  // the part of it that colliders may do to particles inside them
+  double lag_root_j = 0;   // times the root of the kinetic energy [J^1/2]
   double max_elastic_frequency_sq_per_s2 = 0;  // StepPlan's
 
   double Allowed_j(double start_kinetic_j, double start_stored_j = 0) const;

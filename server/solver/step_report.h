@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <limits>
 #include <memory>
+#include <optional>
 #include <string_view>
 #include <vector>
 
@@ -85,6 +86,13 @@ struct BodyState {
   RigidMotion motion;  // the pivot is the centre of mass
 };
 
+// How the kinetic and the potential energy have changed in a step, and by how much they may grow in
+// any number of steps, as EnergyLimit::Allowed_j where there are no colliders [J].
+struct EnergyBalance {
+  double gain_j = 0;
+  double allowed_j = 0;
+};
+
 struct StepReport {
   uint32_t iterations = 0;  // sweeps over all substeps of the step
   // Sweeps per substep that the frame budget allowed; 0: no budget. Set by the scheduler.
@@ -100,6 +108,9 @@ struct StepReport {
   StepWarnings warnings;
   Measurements measured;                           // zero unless requested
   std::shared_ptr<const StepImpulses> impulses{};  // null unless requested, and of faulted cloths
+  // None: something else may have part in it (what is stored, colliders, pins that move, wind,
+  // other cloths of its world), or the backend cannot tell.
+  std::optional<EnergyBalance> energy{};
   // Of every body, by collider; null without bodies, and of faulted cloths.
   std::shared_ptr<const std::vector<BodyState>> bodies{};
 };

@@ -202,9 +202,9 @@ TEST(TowelTest, LiesFoldedTwice) {
   ASSERT_EQ(places_m[0].size(), 825u);
   EXPECT_NEAR(extent_m(0, 0.05), 0.32, 0.04);
   EXPECT_NEAR(extent_m(2, 0.05), 0.24, 0.04);
-  // A corner of the last fold sticks out: 6 to 9 cm with friction, weight or rigidity a few per
-  // cent off.
-  EXPECT_NEAR(extent_m(0, 0), 0.32, 0.1);
+  // A corner of the last fold sticks out: by 6 to 11 cm of 17 towels whose friction, weight or
+  // rigidity is up to 3 % off.
+  EXPECT_NEAR(extent_m(0, 0), 0.32, 0.12);
   EXPECT_NEAR(extent_m(2, 0), 0.24, 0.08);
   EXPECT_GT(extent_m(1, 0), 3 * 0.004);
   EXPECT_LT(extent_m(1, 0), 0.1);

@@ -220,8 +220,11 @@ TEST_F(RunCommandTest, SamplesTellWhatPinsAndCollidersFeel) {
     EXPECT_EQ(sample["colliders"][0]["angular_impulse_n_m_s"].get<std::vector<double>>(), nothing);
   }
   // It is lowest after a quarter of its period of 2.37 s, with the energy of its fall: what that is
-  // off by, the force is. The swing lasts for 0.6 s, in which REALTIME may lose or gain 1 %.
-  EXPECT_NEAR(largest_n, 3 * 2 * 9.81 + 0.1 * 9.81, 0.01 * 3 * 2 * 9.81);
+  // off by, the force is. The swing lasts for 0.6 s, in which REALTIME may lose or gain 1 %. In
+  // single precision its place is off by half an ulp of 1 m when a step begins and ends, which the
+  // thread makes up for within two thirds of a substep.
+  const double rounding_n = 2 * 2 * std::ldexp(1.0, -24) / (0.005 / 52 * 2 / 3) / 0.005;
+  EXPECT_NEAR(largest_n, 3 * 2 * 9.81 + 0.1 * 9.81, 0.01 * 3 * 2 * 9.81 + rounding_n);
   // Every backend tells them; each may be off by the 1 % of the motion.
   const ordered_json of_gl = RunForReport(scene, {"--every=130"}, "gl");
   const ordered_json& sample = of_gl["cloths"][0]["samples"].back();

@@ -117,5 +117,58 @@ TEST_P(MotionReport, AFaultedClothHasNone) {
   }
 }
 
+class BalanceReport : public PhysicsTest {
+ protected:
+  bool IsTold(const Scene& scene) {
+    return StepAlone(backend(), Make(scene), scene).energy.has_value();
+  }
+};
+INSTANTIATE_TEST_SUITE_P(Backends, BalanceReport, testing::ValuesIn(OwnBackendNames()),
+                         [](const auto& one) { return one.param; });
+
+TEST_P(BalanceReport, AddsUpToTheEnergiesThatAreMeasured) {
+  constexpr int kSteps = 40;
+  for (const Preset preset : {Preset::kRealtime, Preset::kPaper}) {
+    Scene scene = Grid(9, 7, 1, 0.7, {0, 8});
+    scene.parameters.settings = PresetSettings(preset);
+    const ClothHandle cloth = Make(scene);
+    double sum_j = 0, first_j = 0, last_j = 0, scale_j = 0;
+    for (int step = 0; step <= kSteps; ++step) {
+      const StepReport report = StepAlone(backend(), cloth, scene, 1, true);
+      const Measurements& measured = report.measured;
+      last_j = measured.kinetic_energy_j + measured.potential_energy_j;
+      scale_j = std::max(scale_j, measured.kinetic_energy_j + std::abs(last_j));
+      ASSERT_TRUE(report.energy.has_value());
+      EXPECT_GT(report.energy->allowed_j, 0);
+      if (step == 0) {
+        first_j = last_j;
+      } else {
+        sum_j += report.energy->gain_j;
+      }
+    }
+    EXPECT_LT(last_j, first_j - 1e-3 * scale_j) << "it loses some, so there is a sum";
+    // In each step the squares and products of three coordinates, rounded and added up.
+    EXPECT_NEAR(sum_j, last_j - first_j, 16 * kSteps * round_off() * scale_j);
+  }
+}
+
+TEST_P(BalanceReport, IsNotToldWhereSomethingElseHasPartInIt) {
+  const Scene bare = Grid(5, 5, 1, 1, {0, 4});
+  EXPECT_TRUE(IsTold(bare));
+  Scene scene = bare;
+  scene.pin_targets_m = {scene.state.positions_m[0] + Vector3d(0, 0.001, 0),
+                         scene.state.positions_m[4]};
+  EXPECT_FALSE(IsTold(scene)) << "a pin moves";
+  scene = bare;
+  scene.parameters.colliders = {SphereAt({0.5, -0.26, 0.5}, 0.25)};
+  EXPECT_FALSE(IsTold(scene));
+  scene = bare;
+  scene.parameters.air_drag = 1;
+  scene.parameters.wind_m_per_s = {1, 0, 0};
+  EXPECT_FALSE(IsTold(scene));
+  EXPECT_FALSE(IsTold(Grid(5, 5, 1, 1, {0, 4}, {.bending_rigidity_n_m = 1e-4})));
+  EXPECT_FALSE(IsTold(Grid(5, 5, 1, 1, {0, 4}, {.stretch_compliance_m_per_n = 1e-4})));
+}
+
 }  // namespace
 }  // namespace drape::test

@@ -81,6 +81,30 @@ TEST(ClothRuntime, ResetBeginsAgainAndCountsAsAChangeOfState) {
   EXPECT_EQ(cloth->progress().time_s, 0.5);
 }
 
+// What it may gain in one step it may gain in many.
+TEST(ClothRuntime, ManySmallGainsOfEnergyAddUp) {
+  const auto cloth = AtWork(0.5);
+  StepReport gains;
+  gains.energy = {.gain_j = 0.25, .allowed_j = 1};
+  const auto warns = [&](const StepReport& report) {
+    return cloth->Watched(report).warnings.energy_gained;
+  };
+  for (int step = 0; step < 4; ++step) EXPECT_FALSE(warns(gains)) << step;
+  EXPECT_TRUE(warns(gains));
+  StepReport loses = gains;
+  loses.energy->gain_j = -0.5;
+  EXPECT_FALSE(warns(loses));
+  EXPECT_FALSE(warns(gains));
+  EXPECT_TRUE(warns(gains)) << "1.25 J of 1 J";
+  const RuntimeState saved = cloth->Save();
+  EXPECT_FALSE(warns({})) << "something acts";
+  EXPECT_FALSE(warns(gains)) << "it begins again";
+  cloth->Restore(saved);
+  EXPECT_TRUE(warns(gains));
+  cloth->Reset({}, {});
+  EXPECT_FALSE(warns(gains));
+}
+
 TEST(ClothRuntime, ReportsAreShiftedToTheClientsFrames) {
   StepReport report;
   report.measured.lowest_m = 1;

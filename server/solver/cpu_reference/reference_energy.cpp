@@ -44,7 +44,8 @@ bool MovesWhatItHolds(const StepContext& context, const ReferenceCloth& cloth) {
 }  // namespace
 
 bool GainEnergy(const StepContexts& contexts, std::span<const SteppedReference> cloths,
-                std::span<const EnergyLimit> limits) {
+                std::span<const EnergyLimit> limits, std::optional<EnergyBalance>& balance) {
+  balance.reset();
   if (!std::ranges::all_of(limits, &EnergyLimit::is_watched)) return false;
   double gain_j = 0, allowed_j = 0;
   bool is_held_moved = false;
@@ -55,6 +56,10 @@ bool GainEnergy(const StepContexts& contexts, std::span<const SteppedReference> 
     is_held_moved = is_held_moved || MovesWhatItHolds(contexts[k], *cloths[k].cloth);
   }
   if (!std::isfinite(gain_j)) return true;
+  if (cloths.size() == 1 && !limits[0].has_stores && !is_held_moved &&
+      contexts[0].parameters.colliders.empty()) {
+    balance = {gain_j, allowed_j};
+  }
   const bool looks_on = std::ranges::any_of(limits, &EnergyLimit::watches_stores);
   if (is_held_moved || (gain_j <= allowed_j && !looks_on)) return false;
   allowed_j = 0;

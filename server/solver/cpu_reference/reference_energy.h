@@ -1,6 +1,7 @@
 // Whether a step has gained energy.
 #pragma once
 
+#include <optional>
 #include <span>
 
 #include "server/solver/cpu_reference/reference_self_contacts.h"
@@ -10,8 +11,9 @@
 namespace drape::reference {
 
 // Whether all cloths together have gained more than they may, for one may give energy to another,
-// or no finite number. What is held and moved does work.
+// or no finite number. What is held and moved does work. `balance`: of a single cloth, if nothing
+// else has part in it.
 bool GainEnergy(const StepContexts& contexts, std::span<const SteppedReference> cloths,
-                std::span<const EnergyLimit> limits);
+                std::span<const EnergyLimit> limits, std::optional<EnergyBalance>& balance);
 
 }  // namespace drape::reference

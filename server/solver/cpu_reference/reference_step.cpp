@@ -357,7 +357,8 @@ bool ReferenceStep::End(std::vector<StepReport>& reports, Interruption* interrup
     limits.push_back(
         EnergyLimitOf(*cloth.model, parameters_[k], reference::LengthsOf(cloth), plans[k]));
   }
-  if (!has_gained_energy_ && reference::GainEnergy(contexts, cloths_, limits)) {
+  std::optional<EnergyBalance> balance;
+  if (reference::GainEnergy(contexts, cloths_, limits, balance) && !has_gained_energy_) {
     has_gained_energy_ = true;
     if (std::ranges::any_of(plans, HasCalmerScheme)) {
       Begin(true, interruption);
@@ -370,6 +371,7 @@ bool ReferenceStep::End(std::vector<StepReport>& reports, Interruption* interrup
     report = under_way_->progress.cloths[k].report;
     report.warnings = plans[k].known_warnings;
     report.warnings.energy_gained = has_gained_energy_;
+    report.energy = balance;
     report.warnings.starts_crossing = under_way_->starts_crossing[k];
     report.warnings.contacts_given_up =
         under_way_->self_contacts.has_given_up() || contexts[k].surface_contacts.has_given_up();

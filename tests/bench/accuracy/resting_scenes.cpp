@@ -130,6 +130,7 @@ std::vector<QuantityScene> RestScenes(bool is_quick) {
   add("two corners", test::Grid(side, side, 1, 1, {0, last}));
   if (is_quick) return scenes;
   add("first row", test::Grid(side, side, 1, 1, FirstRow(side)));
+  add("first row of a long sheet", test::Grid(20, 50, 0.4, 1, FirstRow(20)));
   add("chain", test::Chain(32, 1.0 / 32, 0.01));
   add("net", test::Net(12, 0.08, 1e-5));
   // Slow by ACCURATE, which needs all its sweeps here.

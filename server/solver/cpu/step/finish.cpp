@@ -85,7 +85,7 @@ bool MovesWhatItHolds(const StepContext& context, const FloatState& start) {
 }
 
 // Together more than they may, for one may give energy to another, or no finite number. What is
-// held and moved does work.
+// held and moved does work. Tells the balance of a cloth of which nothing else has part in it.
 bool GainEnergy(std::span<const EndingCloth> cloths) {
   const auto limit_of = [](const EndingCloth& cloth) -> const EnergyLimit& {
     return cloth.context.controls.energy_limit;
@@ -104,6 +104,10 @@ bool GainEnergy(std::span<const EndingCloth> cloths) {
     is_held_moved = is_held_moved || MovesWhatItHolds(cloth.context, cloth.state);
   }
   if (!std::isfinite(gain_j)) return true;
+  if (cloths.size() == 1 && !have_stores && !is_held_moved &&
+      cloths[0].context.scratch.reach.near.empty()) {
+    cloths[0].report.energy = {gain_j, allowed_j - limit_of(cloths[0]).colliders_j};
+  }
   if (is_held_moved || (gain_j <= allowed_j && !watches_stores)) return false;
   if (!have_stores) return true;
   allowed_j = 0;
