@@ -5,6 +5,7 @@
 #include <cmath>
 #include <csignal>
 #include <map>
+#include <numeric>
 #include <sstream>
 
 #include "tests/client/cli_end_to_end_test.h"
@@ -206,25 +207,30 @@ TEST_F(RunCommandTest, SamplesTellWhatPinsAndCollidersFeel) {
         "colliders": [{"plane": {"point_m": [0, -3, 0], "normal": [0, 1, 0]}}]}}}]})");
   const ordered_json report = RunForReport(scene, {});
   ASSERT_EQ(report["cloths"][0]["samples"].size(), 130u);
-  double largest_n = 0;
+  std::vector<double> forces_n;
   for (const ordered_json& sample : report["cloths"][0]["samples"]) {
     ASSERT_EQ(sample["pins"].size(), 1u);
     EXPECT_EQ(sample["pins"][0]["particle"], 0);
     const auto impulse = sample["pins"][0]["impulse_n_s"].get<std::vector<double>>();
     ASSERT_EQ(impulse.size(), 3u);
-    const double force_n = std::hypot(impulse[0], impulse[1]) / 0.005;
-    largest_n = std::max(largest_n, force_n);
+    forces_n.push_back(std::hypot(impulse[0], impulse[1]) / 0.005);
     ASSERT_EQ(sample["colliders"].size(), 1u);
     const std::vector<double> nothing = {0, 0, 0};
     EXPECT_EQ(sample["colliders"][0]["impulse_n_s"].get<std::vector<double>>(), nothing);
     EXPECT_EQ(sample["colliders"][0]["angular_impulse_n_m_s"].get<std::vector<double>>(), nothing);
   }
   // It is lowest after a quarter of its period of 2.37 s, with the energy of its fall: what that is
-  // off by, the force is. The swing lasts for 0.6 s, in which REALTIME may lose or gain 1 %. In
-  // single precision its place is off by half an ulp of 1 m when a step begins and ends, which the
-  // thread makes up for within two thirds of a substep.
-  const double rounding_n = 2 * 2 * std::ldexp(1.0, -24) / (0.005 / 52 * 2 / 3) / 0.005;
-  EXPECT_NEAR(largest_n, 3 * 2 * 9.81 + 0.1 * 9.81, 0.01 * 3 * 2 * 9.81 + rounding_n);
+  // off by, the force is. The swing lasts for 0.6 s, in which REALTIME may lose or gain 1 %. The
+  // mean of nine steps, in which it turns by 5 degrees to either side (0.1 % of the force): in
+  // each, the thread also makes up for the rounding of the ball's place.
+  constexpr size_t kMean = 9;
+  double largest_n = 0;
+  for (size_t first = 0; first + kMean <= forces_n.size(); ++first) {
+    const auto begin = forces_n.begin() + static_cast<std::ptrdiff_t>(first);
+    const double sum_n = std::accumulate(begin, begin + kMean, 0.0);
+    largest_n = std::max(largest_n, sum_n / kMean);
+  }
+  EXPECT_NEAR(largest_n, 3 * 2 * 9.81 + 0.1 * 9.81, 0.01 * 3 * 2 * 9.81);
   // Every backend tells them; each may be off by the 1 % of the motion.
   const ordered_json of_gl = RunForReport(scene, {"--every=130"}, "gl");
   const ordered_json& sample = of_gl["cloths"][0]["samples"].back();

@@ -85,14 +85,15 @@ class ClothsBase(Controls, Pictures, SavedStates):
         the beginning of that step, once. A step that fails uses them up, unless nothing was done (QUEUE_FULL,
         STEP_MISMATCH, no connection) and they are not what is wrong: then they wait for the next step.
 
-        steps: >= 1, at most `client.info.limits.max_steps_per_request`. until: step until this many are complete instead.
-        expected: every cloth must have completed exactly this many, else FailedPrecondition (STEP_MISMATCH). view: what the answer brings: drape.POSITIONS (default),
-        VELOCITIES, POSITIONS_AND_VELOCITIES, None, or a StateView with `particles`, an `encoding` or `reductions`, e.g.
-        StateView(reductions=["COVERAGE"], coverage_radius_m=0.02) for `answer.coverage`, or
-        StateView(reductions=["TARGET_DISTANCE"], target_m=drape.pack(target)). report: measure each cloth after
-        the last step (`Answer.measure`). grips: tell what the grips hold, and where (`Answer.grips`). impulses: tell what the
-        cloths gave to their colliders, pins and grips in the last step (`Answer.impulses`, `Answer.grips.forces`).
-        request_id: a repetition of a completed step with the same id gets the same answer and no step.
+        steps: >= 1, at most `client.info.limits.max_steps_per_request`. until: step until this many are complete
+        instead. expected: every cloth must have completed exactly this many, else FailedPrecondition (STEP_MISMATCH).
+        view: what the answer brings: drape.POSITIONS (default), VELOCITIES, POSITIONS_AND_VELOCITIES, None, or a
+        StateView with `particles`, an `encoding` or `reductions`, e.g. StateView(reductions=["COVERAGE"],
+        coverage_radius_m=0.02) for `answer.coverage`, or StateView(reductions=["TARGET_DISTANCE"],
+        target_m=drape.pack(target)). report: measure each cloth after the last step (`Answer.measure`). grips: tell
+        what the grips hold, and where (`Answer.grips`). impulses: tell what the cloths gave to their colliders, pins
+        and grips in the last step (`Answer.impulses`, `Answer.grips.forces`). request_id: a repetition of a completed
+        step with the same id gets the same answer and no step.
         Raises InvalidArgument, FailedPrecondition, NotFound (CLOTH_NOT_FOUND), SessionLost, ResourceExhausted,
         DeadlineExceeded.
         """
