@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <utility>
 
 #include "server/scene/distance_map.h"
@@ -26,8 +27,16 @@ SurfaceDistance Surface(const SphereShape& sphere, const RigidTransform& pose, c
   return {distance - sphere.radius_m, from_center / distance};
 }
 
+double HalfWidth_m(const SphereShape& sphere) {
+  return sphere.radius_m;
+}
+
 ColliderNumbers Numbers(const SphereShape& sphere, const RigidTransform& pose) {
   return {.radius_m = sphere.radius_m, .point_m = pose.position_m};
+}
+
+double HalfWidth_m(const PlaneShape&) {
+  return std::numeric_limits<double>::infinity();
 }
 
 SurfaceDistance Surface(const PlaneShape& plane, const RigidTransform& pose, const Vector3d& q) {
@@ -60,6 +69,10 @@ SurfaceDistance Surface(const CapsuleShape& capsule, const RigidTransform& pose,
   return {distance - capsule.radius_m, from_nearest / distance};
 }
 
+double HalfWidth_m(const CapsuleShape& capsule) {
+  return capsule.radius_m;
+}
+
 ColliderNumbers Numbers(const CapsuleShape& capsule, const RigidTransform& pose) {
   const Vector3d a = pose * capsule.a_m;
   const Vector3d segment = pose * capsule.b_m - a;
@@ -82,6 +95,10 @@ SurfaceDistance Surface(const BoxShape& box, const RigidTransform& pose, const V
   Eigen::Index nearest_face = 0;
   const double above_face = beyond.maxCoeff(&nearest_face);
   return {above_face, pose.rotation * (side[nearest_face] * Vector3d::Unit(nearest_face))};
+}
+
+double HalfWidth_m(const BoxShape& box) {
+  return box.half_extents_m.minCoeff();
 }
 
 ColliderNumbers Numbers(const BoxShape& box, const RigidTransform& pose) {
@@ -117,6 +134,10 @@ SurfaceDistance Surface(const CylinderShape& cylinder, const RigidTransform& pos
   return {beyond_side, sideways};
 }
 
+double HalfWidth_m(const CylinderShape& cylinder) {
+  return std::min(cylinder.radius_m, (cylinder.b_m - cylinder.a_m).norm() / 2);
+}
+
 ColliderNumbers Numbers(const CylinderShape& cylinder, const RigidTransform& pose) {
   const Vector3d segment = pose * cylinder.b_m - pose * cylinder.a_m;
   ColliderNumbers numbers{.radius_m = cylinder.radius_m,
@@ -133,6 +154,10 @@ SurfaceDistance Surface(const DistanceMapShape& solid, const RigidTransform& pos
   const Vector3d local = pose.rotation.conjugate() * (q - pose.position_m);
   const SurfaceDistance surface = solid.map->SurfaceAt(local);
   return {surface.distance_m, pose.rotation * surface.outward};
+}
+
+double HalfWidth_m(const DistanceMapShape& solid) {
+  return std::max(solid.map->depth_m(), solid.map->cell_m() / 2);
 }
 
 ColliderNumbers Numbers(const DistanceMapShape& solid, const RigidTransform& pose) {
@@ -185,6 +210,10 @@ Collider Moved(const Collider& collider, const RigidMotion& motion) {
   Collider moved = collider;
   moved.pose = {motion.PlaceOf(position_m), motion.rotation * rotation};
   return moved;
+}
+
+double HalfWidth_m(const Collider& collider) {
+  return std::visit([](const auto& shape) { return HalfWidth_m(shape); }, collider.shape);
 }
 
 SurfaceDistance SurfaceOf(const Collider& collider, const Vector3d& q) {

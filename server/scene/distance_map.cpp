@@ -127,7 +127,7 @@ void DistanceMap::SetSamples(Interruption* interruption) {
   const auto [nx, ny, nz] = sample_counts_;
   samples_m_.resize(Product(sample_counts_));
   uint32_t guess = 0;
-  float largest = 0;
+  float largest = 0, lowest = 0;
   for (uint32_t k = 0; k < nz; ++k) {
     Ask(interruption);
     for (uint32_t row = 0; row < ny; ++row) {
@@ -139,9 +139,11 @@ void DistanceMap::SetSamples(Interruption* interruption) {
         const auto sample = static_cast<float>(distance.distance_m);
         samples_m_[SampleIndex(i, j, k)] = sample;
         largest = std::max(largest, std::abs(sample));
+        lowest = std::min(lowest, sample);
       }
     }
   }
+  depth_m_ = -static_cast<double>(lowest);
   // Storing as floats costs half a unit in the last place of the largest sample.
   error_bound_m_ = 0.5 * std::sqrt(3.0) * cell_m_ + Rounding() +
                    0.5 * static_cast<double>(largest * std::numeric_limits<float>::epsilon());

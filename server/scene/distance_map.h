@@ -60,6 +60,9 @@ class DistanceMap {
   // |DistanceAt(p) - exact distance| in the grid's box; see above.
   double error_bound_m() const { return error_bound_m_; }
   double cell_m() const { return cell_m_; }
+  // Of the deepest sample below the surface, 0 if there is none: at most half of the mesh's width
+  // where it is widest.
+  double depth_m() const { return depth_m_; }
   // The grid's box, which holds the mesh with a margin of kMarginCells.
   const Eigen::Vector3d& low_m() const { return low_m_; }
   Eigen::Vector3d high_m() const;
@@ -107,6 +110,7 @@ class DistanceMap {
   std::array<uint32_t, 3> sample_counts_{};
   std::vector<float> samples_m_;
   double error_bound_m_ = 0;
+  double depth_m_ = 0;
   SolidMoments moments_;
   std::vector<Eigen::Vector3d> outermost_m_;
 };

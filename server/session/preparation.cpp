@@ -5,7 +5,7 @@
 namespace drape {
 
 PartsKind KindOf(const SceneModel& model, const ClothParameters& parameters) {
-  return {&model, parameters.self_collision.has_value(), MayHaveSurfaceContacts(model, parameters),
+  return {&model, parameters.self_collision.has_value(), HasSurfaceContacts(model, parameters),
           parameters.is_in_world};
 }
 
@@ -31,8 +31,7 @@ bool MayNeedParts(std::span<const std::shared_ptr<ClothRecord>> cloths, const Cl
     if (!after.ok()) continue;  // the update says so
     if (after->self_collision && !before->parameters.self_collision) return true;
     const SceneModel& model = *before->model;
-    if (MayHaveSurfaceContacts(model, *after) &&
-        !MayHaveSurfaceContacts(model, before->parameters)) {
+    if (HasSurfaceContacts(model, *after) && !HasSurfaceContacts(model, before->parameters)) {
       return true;
     }
   }

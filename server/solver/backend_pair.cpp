@@ -300,7 +300,7 @@ class BackendPair final : public DeviceBackend {
 
   bool MayGoOver(const SceneModel& model, const ClothParameters& parameters) const {
     return first_description_.can_step && first_description_.Steps(model, parameters) &&
-           HasSurfaceContacts(model, parameters);
+           HasSurfaceContactsPulled(model, parameters);
   }
 
   // Brings every cloth to the backend that does this step of it. One for which there is no room

@@ -62,19 +62,39 @@ bool Moves(const RigidMotion& motion, const Collider& collider) {
   return !motion.velocity_m_per_s.isZero(0) || !motion.angular_velocity_rad_per_s.isZero(0);
 }
 
-bool HasSurfaceContacts(const SceneModel& model, const ClothParameters& parameters, bool may_pull) {
-  const ColliderContact contact = parameters.settings.collider_contact;
-  if (contact == ColliderContact::kParticles || model.constraint_count() == 0) return false;
-  if (contact == ColliderContact::kAuto && !may_pull && !HasMovingColliders(parameters)) {
-    return false;
-  }
+// Whether the edges of the cloth may touch some collider of which `may_touch` is true.
+template <class MayTouch>
+bool TouchesAny(const SceneModel& model, const ClothParameters& parameters,
+                const MayTouch& may_touch) {
+  if (parameters.settings.collider_contact == ColliderContact::kParticles) return false;
+  if (model.constraint_count() == 0) return false;
   return std::ranges::any_of(parameters.colliders, [&](const Collider& collider) {
-    return CanTouchEdges(collider) &&
-           (contact == ColliderContact::kSurface || IsSharp(collider, model.length_scale_m()));
+    return CanTouchEdges(collider) && may_touch(collider);
   });
 }
 
+// The same of steps in which the cloth is slow.
+bool HasSurfaceContactsSlowly(const SceneModel& model, const ClothParameters& parameters,
+                              bool may_pull) {
+  const bool is_surface = parameters.settings.collider_contact == ColliderContact::kSurface;
+  if (!is_surface && !may_pull && !HasMovingColliders(parameters)) return false;
+  return TouchesAny(model, parameters, [&](const Collider& collider) {
+    return is_surface || IsSharp(collider, model.length_scale_m());
+  });
+}
+
+// Whether a particle may come beyond its middle within a substep.
+bool IsThinFor(double way_m, const Collider& collider) {
+  return way_m > kThinShare * HalfWidth_m(collider);
+}
+
 }  // namespace
+
+double WayInSubstep_m(double speed_m_per_s, double gravity_m_per_s2, double time_step_s,
+                      size_t substeps) {
+  const double fastest_m_per_s = speed_m_per_s + gravity_m_per_s2 * time_step_s;
+  return kWayMargin * fastest_m_per_s * time_step_s / static_cast<double>(substeps);
+}
 
 bool Pulls(const Eigen::Vector3d& from_m, const Eigen::Vector3d& to_m, double time_step_s) {
   return (to_m - from_m).norm() > kStillHold_m_per_s * time_step_s;
@@ -88,23 +108,25 @@ bool TouchesEdges(const EdgesOfStep& edges, const Collider& collider, const Rigi
     case ColliderContact::kSurface:
       return true;
     case ColliderContact::kAuto:
-      if (!IsSharp(collider, edges.length_m)) return false;
-      return (edges.is_pulled && !Slips(collider, edges.length_m)) ||
-             (motion != nullptr && Moves(*motion, collider));
+      break;
   }
-  return false;
+  const bool is_sharp = IsSharp(collider, edges.length_m);
+  if (is_sharp && motion != nullptr && Moves(*motion, collider)) return true;
+  const bool may_catch = (is_sharp && edges.is_pulled) || IsThinFor(edges.way_m, collider);
+  return may_catch && !Slips(collider, edges.length_m);
 }
 
 bool HasSurfaceContacts(const SceneModel& model, const ClothParameters& parameters) {
-  return HasSurfaceContacts(model, parameters, model.pin_count() + parameters.max_grips > 0);
+  return TouchesAny(model, parameters, [](const Collider&) { return true; });
 }
 
-bool MayHaveSurfaceContacts(const SceneModel& model, const ClothParameters& parameters) {
-  return HasSurfaceContacts(model, parameters, true);
+bool HasSurfaceContactsPulled(const SceneModel& model, const ClothParameters& parameters) {
+  const bool may_pull = model.pin_count() + parameters.max_grips > 0;
+  return HasSurfaceContactsSlowly(model, parameters, may_pull);
 }
 
 bool HasSurfaceContactsUnpulled(const SceneModel& model, const ClothParameters& parameters) {
-  return HasSurfaceContacts(model, parameters, false);
+  return HasSurfaceContactsSlowly(model, parameters, false);
 }
 
 }  // namespace drape

@@ -38,8 +38,8 @@ struct SolverChoice {
   // Single precision: links within rounding of their length do not pull what friction holds. Only
   // strips know it.
   bool has_quiet_links = false;
-  // The insides of edges and triangles touch colliders, too: there are some that are neither planes
-  // nor bodies.
+  // The insides of edges and triangles may touch colliders, too: there are some that are neither
+  // planes nor bodies.
   bool has_surface_contacts = false;
   // Weight of the end-of-substep direction in the direction of an impulse, [0, 1]; the
   // start-of-substep direction has the rest.

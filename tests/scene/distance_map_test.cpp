@@ -61,6 +61,12 @@ TEST(DistanceMapTest, IsTheExactDistanceAtItsSamples) {
   }
 }
 
+TEST(DistanceMapTest, KnowsHowDeepItIs) {
+  const auto map = Map(BoxMesh({-1, -0.3, -2}, {1, 0.3, 2}), 40);
+  EXPECT_LE(map->depth_m(), 0.3 + 1e-6);
+  EXPECT_GE(map->depth_m(), 0.3 - map->cell_m() / 2);
+}
+
 // Near a flat face away from edges the distance is linear, which interpolation repeats.
 TEST(DistanceMapTest, IsExactOverFlatFaces) {
   const auto map = Map(BoxMesh({-1, -0.5, -1}, {1, 0.5, 1}), 20);

@@ -38,7 +38,7 @@ class RoomTest : public testing::Test {
     numbers.time_step_s = 1.0 / 60;
     numbers.inverse_masses = inverse_masses_;
     numbers.most_contacts = most_contacts;
-    const EdgesOfStep edges{ColliderContact::kSurface, model_->length_scale_m(), false};
+    const EdgesOfStep edges{ColliderContact::kSurface, model_->length_scale_m()};
     contacts_.Begin(parts, {colliders_, {}, places_, 0, edges}, numbers);
     contacts_.Find(positions_, std::vector<V>(positions_.size()));
     std::set<uint32_t> touched;

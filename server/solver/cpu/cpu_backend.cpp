@@ -371,9 +371,7 @@ class CpuBackend final : public Backend {
     SetTargets(cloth, item);
     GroupCloth next{ContextOf(cloth, item, *cloth.scheme, scratch.alone, scratch.single),
                     item.measure, cloth.state};
-    if (cloth.surface_parts != nullptr && MayTouchEdges(next.context, cloth.state)) {
-      return std::nullopt;
-    }
+    if (MayTouchEdges(next.context, cloth.state)) return std::nullopt;
     if (cloth.contact_surface != nullptr && !FindFlight(next, lane)) return std::nullopt;
     return next;
   }

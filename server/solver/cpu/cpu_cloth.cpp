@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <utility>
 
 #include "server/solver/collider_contact.h"
@@ -40,10 +41,19 @@ void SetColliderMotions(Cloth& cloth, std::span<const RigidMotion> motions) {
   CheckMotionCount(cloth.parameters);
 }
 
+double FastestSpeed(const FloatState& state) {
+  float fastest_sq = 0;
+  for (const Vec4& v : state.velocities) fastest_sq = std::max(fastest_sq, Dot(v, v));
+  return std::sqrt(fastest_sq);
+}
+
 // In the step that it is about to do.
 EdgesOfStep EdgesOf(const Cloth& cloth, const HeldParticles& held) {
   const StepSettings& settings = cloth.parameters.settings;
   EdgesOfStep edges{settings.collider_contact, cloth.model->source->length_scale_m()};
+  if (edges.contact != ColliderContact::kAuto) return edges;
+  edges.way_m = WayInSubstep_m(FastestSpeed(cloth.state), cloth.parameters.gravity_m_per_s2.norm(),
+                               settings.time_step_s, settings.substeps);
   for (size_t k = 0; k < held.particles.size() && !edges.is_pulled; ++k) {
     edges.is_pulled = Pulls(ToVector3d(cloth.state.positions[held.particles[k]]),
                             ToVector3d(held.targets[k]), settings.time_step_s);
@@ -114,14 +124,12 @@ void SetScheme(Cloth& cloth) {
 void SetSurfaces(Cloth& cloth, PartsOfModels& made, Interruption* interruption) {
   const FloatControls& controls = cloth.scheme->controls;
   const std::shared_ptr<const SceneModel>& model = cloth.model->source;
-  std::shared_ptr<const SurfaceParts> parts;
-  if (MayHaveSurfaceContacts(*model, cloth.parameters)) parts = made.parts.Get(model, interruption);
+  const bool has_parts = controls.plan.solver.has_surface_contacts;
+  cloth.surface_parts = has_parts ? made.parts.Get(model, interruption) : nullptr;
   std::shared_ptr<const ContactSurface> surface;
   const bool may_meet = cloth.parameters.is_in_world && !model->triangles().empty();
   if (controls.touches_itself || may_meet) surface = made.surfaces.Get(model, interruption);
-  cloth.surface_parts = controls.plan.solver.has_surface_contacts ? parts : nullptr;
   cloth.contact_surface = controls.touches_itself ? surface : nullptr;
-  cloth.kept_parts = std::move(parts);
   cloth.kept_surface = std::move(surface);
 }
 
@@ -136,7 +144,7 @@ std::shared_ptr<const void> PartsOfModels::ForCloth(const std::shared_ptr<const 
   SetSurfaces(cloth, *this, interruption);
   using Parts = std::array<std::shared_ptr<const void>, 3>;
   return std::make_shared<const Parts>(
-      Parts{cloth.model, std::move(cloth.kept_surface), std::move(cloth.kept_parts)});
+      Parts{cloth.model, std::move(cloth.kept_surface), std::move(cloth.surface_parts)});
 }
 
 void EndSelfContacts(Cloth& cloth, const StepReport& report, const StepScratch& scratch) {

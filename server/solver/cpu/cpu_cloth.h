@@ -55,9 +55,8 @@ struct Cloth {
   std::shared_ptr<LongStep> long_step{};  // of each that takes part; null: none has begun
   std::shared_ptr<const ContactSurface> contact_surface{};  // if it touches itself
   std::shared_ptr<const SurfaceParts> surface_parts{};      // if these touch colliders
-  // Both also where a world, or colliders that begin to move, may need them in a step: they take
-  // long to make.
-  std::shared_ptr<const void> kept_surface{}, kept_parts{};
+  // Also where a world may need it in a step: it takes long to make.
+  std::shared_ptr<const void> kept_surface{};
   bool may_cross_itself = true;  // or another cloth; until a step has found that nothing crosses
   // Its last step found that nothing of it could touch: the next one may do so in lanes. The result
   // does not depend on it.

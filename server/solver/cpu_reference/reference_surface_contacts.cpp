@@ -27,7 +27,13 @@ EdgesOfStep EdgesOf(const StepContext& context) {
   const bool is_pulled = std::ranges::any_of(context.held, [&](const Grip& held) {
     return Pulls(context.state.positions_m[held.particle], held.target_m, settings.time_step_s);
   });
-  return {settings.collider_contact, context.model.length_scale_m(), is_pulled};
+  double fastest_m_per_s = 0;
+  for (const Vector3d& v : context.state.velocities_m_per_s) {
+    fastest_m_per_s = std::max(fastest_m_per_s, v.norm());
+  }
+  const double way_m = WayInSubstep_m(fastest_m_per_s, context.parameters.gravity_m_per_s2.norm(),
+                                      settings.time_step_s, settings.substeps);
+  return {settings.collider_contact, context.model.length_scale_m(), is_pulled, way_m};
 }
 
 }  // namespace

@@ -1,4 +1,5 @@
-// The numbers of surface contacts, each with its meaning and the harm of a change.
+// The numbers of surface contacts, each with its meaning and the harm of a change; those that
+// decide what edges touch are in solver/collider_contact.h.
 #pragma once
 
 #include <cstdint>
@@ -14,14 +15,6 @@ inline constexpr double kLeastDip = 1e-4;
 // turn meanwhile; shorter: time.
 inline constexpr double kPlaneAge_s = 1.0 / 800;
 inline constexpr double kPlaneTravel = 0.02;
-// Within a substep no particle is expected to go farther than this many times the way of the
-// fastest one in the last substep, and what gravity adds [-]. Larger: more is looked at; smaller:
-// what is thrown is found a substep late.
-inline constexpr double kWayMargin = 2;
-// Particles are followed on their way past a solid if they may go farther within a substep than
-// this share of half of its smallest width [-]. Larger: what is pulled farther than expected gets
-// across; smaller: time.
-inline constexpr double kThinShare = 0.5;
 // An edge that turns on while it is stopped may meet the solid elsewhere: it is stopped up to so
 // many times in a sweep. More: time; fewer: bars get through folds.
 inline constexpr int kMeetings = 3;

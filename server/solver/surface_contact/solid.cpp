@@ -37,7 +37,8 @@ V SideNormal(const V& axis) {
 }  // namespace
 
 template <class V>
-Solid<V>::Solid(const Collider& collider, double thickness_m) : kind_(collider.kind()) {
+Solid<V>::Solid(const Collider& collider, double thickness_m)
+    : kind_(collider.kind()), half_width_(static_cast<Real>(HalfWidth_m(collider))) {
   const ColliderNumbers numbers = NumbersOf(collider);
   point_ = ToVector<V>(numbers.point_m);
   vector_ = ToVector<V>(numbers.vector);
@@ -46,14 +47,10 @@ Solid<V>::Solid(const Collider& collider, double thickness_m) : kind_(collider.k
   }
   offset_ = static_cast<Real>(thickness_m);
   if (kind_ == ShapeKind::kSphere || kind_ == ShapeKind::kCapsule) {
-    half_width_ = static_cast<Real>(numbers.radius_m);
-    offset_ += half_width_;
-  } else if (kind_ == ShapeKind::kBox) {
-    half_width_ = static_cast<Real>(numbers.vector.minCoeff());
+    offset_ += static_cast<Real>(numbers.radius_m);
   } else if (kind_ == ShapeKind::kCylinder) {
     radius_ = vector_[0];
     half_length_ = vector_[1];
-    half_width_ = std::min(radius_, half_length_);
   } else if (kind_ == ShapeKind::kDistanceMap) {
     map_ = MapOf(collider);
     pose_ = collider.pose;

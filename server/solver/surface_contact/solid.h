@@ -31,8 +31,7 @@ class Solid {
 
   ShapeKind kind() const { return kind_; }
   bool is_convex() const { return kind_ != ShapeKind::kDistanceMap; }
-  // Half of its smallest width: what moves farther within a substep may pass [m]; of a map half
-  // a cell: what is thinner is not in it.
+  // HalfWidth_m, of a map half a cell: what moves farther within a substep may pass [m].
   Real half_width() const { return half_width_; }
   // Of a distance map [m].
   Real cell() const { return cell_; }
@@ -66,7 +65,7 @@ class Solid {
   Real offset_ = 0;
   Real radius_ = 0;       // of a cylinder
   Real half_length_ = 0;  // of a cylinder
-  Real half_width_ = 0;
+  Real half_width_;
   Real cell_ = 0;
   std::shared_ptr<const DistanceMap> map_;
   RigidTransform pose_;  // of the map

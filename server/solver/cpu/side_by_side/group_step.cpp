@@ -189,7 +189,7 @@ void StepCloths(std::span<GroupCloth> cloths, GroupScratch& scratch) {
   std::vector<size_t> repeated;
   for (const size_t lane : lanes) {
     // In lanes its edges would not touch what was out of reach.
-    cloths[lane].must_be_alone = cloths[lane].context.controls.plan.solver.has_surface_contacts;
+    cloths[lane].must_be_alone = HasCollidersForEdges(cloths[lane].context);
     if (cloths[lane].must_be_alone) continue;
     repeated.push_back(lane);
     again.push_back(

@@ -147,14 +147,25 @@ ParticleBox AddNear(const StepContext& context, const FloatState& state,
   return range;
 }
 
+bool TouchesEdges(const StepContext& context, uint32_t collider) {
+  const RigidMotion* const motion =
+      context.collider_motions.empty() ? nullptr : &context.collider_motions[collider];
+  return drape::TouchesEdges(context.edges, context.colliders[collider], motion);
+}
+
+bool HasCollidersForEdges(const StepContext& context) {
+  if (context.surface_parts == nullptr) return false;
+  for (uint32_t k = 0; k < context.colliders.size(); ++k) {
+    if (TouchesEdges(context, k)) return true;
+  }
+  return false;
+}
+
 bool MayTouchEdges(const StepContext& context, const FloatState& state) {
+  if (!HasCollidersForEdges(context)) return false;
   std::vector<uint32_t> near;
   AddNear(context, state, near);
-  return std::ranges::any_of(near, [&](uint32_t k) {
-    const RigidMotion* const motion =
-        context.collider_motions.empty() ? nullptr : &context.collider_motions[k];
-    return TouchesEdges(context.edges, context.colliders[k], motion);
-  });
+  return std::ranges::any_of(near, [&](uint32_t k) { return TouchesEdges(context, k); });
 }
 
 void FindReach(const StepContext& context, const FloatState& state, ColliderReach& reach) {

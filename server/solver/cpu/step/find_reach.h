@@ -15,7 +15,9 @@ namespace drape::cpu {
 ParticleBox AddNear(const StepContext& context, const FloatState& state,
                     std::vector<uint32_t>& near);
 
-// Whether edges of the cloth may touch a collider within the step.
+// Whether edges of the cloth may touch a collider within the step, if it is near; and whether one
+// is.
+bool HasCollidersForEdges(const StepContext& context);
 bool MayTouchEdges(const StepContext& context, const FloatState& state);
 
 // For a cloth alone, before its step.
