@@ -40,6 +40,9 @@ constexpr std::array kMeasurements = {
 constexpr std::array kCounts = {&Measurements::contacts, &Measurements::near_pairs,
                                 &Measurements::crossings};
 
+// Of what a cloth may have gained: far more than any has.
+constexpr double kMaxEnergy_j = 1e30;
+
 v1::RuntimeSnapshot::Grips ToMessage(const GripTrack& grips) {
   v1::RuntimeSnapshot::Grips message;
   for (const GripTrack::Slot& slot : grips.slots()) {
@@ -344,6 +347,8 @@ v1::RuntimeSnapshot RuntimeMessage(const RuntimeState& state) {
   message.set_sweep_us(state.budget.sweep_us());
   *message.mutable_sleep() = ToMessage(state.sleep.state());
   message.set_may_cross_itself(state.may_cross_itself);
+  message.set_energy_gain_j(state.energy.gain_j);
+  message.set_energy_scale_j(state.energy.scale_j);
   return message;
 }
 
@@ -366,6 +371,10 @@ RuntimeState CheckRuntime(const FieldPath& path, const v1::RuntimeSnapshot& mess
   violations.InRange(path.Child("sweep_us"), message.sweep_us(), {0, kMaxMotionStart_s, "us"});
   state.budget.Restore(settings, message.sweep_us());
   state.may_cross_itself = message.may_cross_itself();
+  state.energy = {message.energy_gain_j(), message.energy_scale_j()};
+  violations.InRange(path.Child("energy_gain_j"), state.energy.gain_j,
+                     {-kMaxEnergy_j, kMaxEnergy_j, "J"});
+  violations.InRange(path.Child("energy_scale_j"), state.energy.scale_j, {0, kMaxEnergy_j, "J"});
   state.sleep = CheckSleep(path.Child("sleep"), message.sleep(), owner, violations);
   return state;
 }

@@ -130,18 +130,13 @@ double ClothRuntime::NextTime_s() const {
   return TimeAfter_s(progress_.completed_steps + 1);
 }
 
-StepReport ClothRuntime::Watched(StepReport report) {
-  energy_gain_j_ = report.energy ? energy_gain_j_ + report.energy->gain_j : 0;
-  report.warnings.energy_gained |= report.energy && energy_gain_j_ > report.energy->allowed_j;
-  return report;
-}
-
 void ClothRuntime::CompleteStep(const StepReport& report) {
   progress_.fault = report.fault;
   if (report.fault == FaultReason::kNone) {
     progress_.time_s = NextTime_s();
     ++progress_.completed_steps;
     ++state_version_;
+    energy_ = report.energy.value_or(EnergyBalance{});
     progress_.warnings.Count(report.warnings);
     FollowBodies(report);
     if (report.impulses != nullptr) {
@@ -182,7 +177,7 @@ void ClothRuntime::Reset(const std::vector<Eigen::Vector3d>& pin_starts_m,
   progress_ = ClothProgress{};
   base_time_s_ = 0;
   base_steps_ = 0;
-  energy_gain_j_ = 0;
+  energy_ = {};
   ++state_version_;
   ++reset_count_;
   controls_.Reset(pin_starts_m, pin_targets_m);
@@ -192,7 +187,7 @@ void ClothRuntime::Reset(const std::vector<Eigen::Vector3d>& pin_starts_m,
 
 void ClothRuntime::Restate() {
   progress_.fault = FaultReason::kNone;
-  energy_gain_j_ = 0;
+  energy_ = {};
   ++state_version_;
   sleep_.Wake();
   TellChange();
@@ -214,7 +209,7 @@ RuntimeState ClothRuntime::Save() const {
                      .colliders = controls_.colliders(),
                      .budget = budget_,
                      .sleep = sleep_,
-                     .energy_gain_j = energy_gain_j_};
+                     .energy = energy_};
   // The targets of a step that did not end are known to the backend, but not to the state.
   if (is_in_pieces_ || is_faulted()) {
     state.pins.SendAgain();
@@ -234,7 +229,7 @@ void ClothRuntime::Restore(RuntimeState state) {
   controls_.SetColliders(std::move(state.colliders));
   budget_ = state.budget;
   sleep_ = state.sleep;
-  energy_gain_j_ = state.energy_gain_j;
+  energy_ = state.energy;
   ++state_version_;
   ++reset_count_;
   TellChange();

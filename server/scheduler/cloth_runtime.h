@@ -85,7 +85,7 @@ struct RuntimeState {
   ColliderTrack colliders;
   FrameBudget budget;
   SleepWatch sleep;
-  double energy_gain_j = 0;      // since something else had part in it (StepReport::energy)
+  EnergyBalance energy;          // StepItem::energy of the next step
   bool may_cross_itself = true;  // Backend::MayCrossItself; filled in by who reads the particles
 
   // Of the memory outside this object, to be counted.
@@ -198,9 +198,8 @@ class ClothRuntime {
   // Simulated time at the end of the next step: base time + steps since * time step, so that a
   // cloth whose time step never changed is at exactly step * time step.
   double NextTime_s() const;
-  // The report of a step that the backend did, with a warning if the cloth has more energy than it
-  // may by gains that each were small. Once per step, before CompleteStep.
-  StepReport Watched(StepReport report);
+  // StepItem::energy of the next step.
+  const EnergyBalance& energy() const { return energy_; }
   // The backend did a step and reported this. After a fault, steps and time are unchanged.
   void CompleteStep(const StepReport& report);
   // A step of a sleeping cloth: only the time advances.
@@ -258,7 +257,7 @@ class ClothRuntime {
   double base_time_s_ = 0;   // when the time step last changed
   uint64_t base_steps_ = 0;  // completed then
   ClothProgress progress_;
-  double energy_gain_j_ = 0;  // RuntimeState
+  EnergyBalance energy_;  // RuntimeState
   uint64_t state_version_ = 0;
   uint64_t reset_count_ = 0;
   ClothControls controls_;

@@ -198,6 +198,7 @@ void DeviceLoop::AddItems(const ActiveRequest& request, std::span<const uint32_t
     StepItem& item = items.emplace_back();
     item.cloth = cloth.handle();
     item.max_iterations = cloth.budget().Cap();
+    item.energy = cloth.energy();
     if (world != nullptr) item.world = {world->number(), world->members()[n].origin_m};
     if (cloth.is_faulted()) continue;
     cloth.controls().SetTargets(cloth.now().time_s, cloth.NextTime_s(), item);
@@ -270,7 +271,7 @@ void DeviceLoop::CompleteSteps(const std::vector<Part>& parts,
         ++asleep;
         continue;
       }
-      const StepReport report = cloth.Watched(cloth.budget().Measured(reports[next++], cost_us));
+      const StepReport report = cloth.budget().Measured(reports[next++], cost_us);
       faults += report.fault != FaultReason::kNone && !cloth.is_faulted();
       part.request->CompleteStep(k, report);
       cloth.CompleteStep(report);

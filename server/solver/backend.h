@@ -90,6 +90,9 @@ struct StepItem {
   // Fill StepReport::impulses. Changes no bit of a state. Where the device has no room for them
   // they are NaN, and the log says so.
   bool impulses = false;
+  // Of the steps before this one: it is done more dissipatively if it would add too much to that
+  // (EnergyLimit::Excess_j). None: this step is judged by itself.
+  std::optional<EnergyBalance> energy{};
   // Only of cloths with triangles and ClothParameters::is_in_world. All cloths of a world follow
   // each other in the batch, in an order that is always the same; none of them is faulted, or all
   // are. They have the same time step. All have the substeps of the one that has most, the least of

@@ -19,8 +19,24 @@ bool CanGetEnergy(const SceneModel& model, const ClothParameters& parameters,
 }  // namespace
 
 double EnergyLimit::Allowed_j(double start_kinetic_j, double start_stored_j) const {
-  return constant_j + kMaxEnergyGain * (start_kinetic_j + start_stored_j) +
+  return colliders_j + kMaxEnergyGain * (scale_j + start_kinetic_j + start_stored_j) +
          lag_root_j * std::sqrt(start_kinetic_j);
+}
+
+EnergyBalance EnergyLimit::After(const EnergyBalance& before, const EnergyChange& step) const {
+  const bool begins = before.scale_j == 0;
+  return {before.gain_j + step.gain_j, begins ? scale_j + step.start_kinetic_j : before.scale_j};
+}
+
+double EnergyLimit::Excess_j(const EnergyBalance& after, const EnergyChange& step) const {
+  const double allowed_j = kMaxEnergyGrowth * after.scale_j +
+                           kMaxEnergyDrift * step.start_kinetic_j +
+                           lag_root_j * std::sqrt(step.start_kinetic_j);
+  return std::max(std::min(step.gain_j, after.gain_j - allowed_j), 0.0);
+}
+
+double ShareOfVelocities(double kinetic_j, double excess_j) {
+  return excess_j < kinetic_j ? std::sqrt(1 - excess_j / kinetic_j) : 0;
 }
 
 EnergyLimit EnergyLimitOf(const SceneModel& model, const ClothParameters& parameters,
@@ -35,12 +51,10 @@ EnergyLimit EnergyLimitOf(const SceneModel& model, const ClothParameters& parame
                     .watches_stores = has_compliance && !plan.solver.has_strips &&
                                       plan.schedule.size() < kFewSubsteps,
                     .max_elastic_frequency_sq_per_s2 = plan.max_elastic_frequency_sq_per_s2};
-  limit.constant_j = kMaxEnergyGain * mass_kg * std::max(gravity, kLeastWatchedGravity_m_per_s2) *
-                     model.extent_m();
+  limit.scale_j = mass_kg * std::max(gravity, kLeastWatchedGravity_m_per_s2) * model.extent_m();
   if (!parameters.colliders.empty()) {
     constexpr double kSpeed = kMaxDepenetrationSpeed_m_per_s;
     limit.colliders_j = mass_kg * kSpeed * (kSpeed / 2 + gravity * settings.time_step_s);
-    limit.constant_j += limit.colliders_j;
   }
   // m v.(g h/2) at both ends, of all particles at most sqrt(2 m K) |g| h/2.
   if (!plan.solver.has_two_steps) {

@@ -10,6 +10,12 @@
 
 namespace drape {
 
+// Of the free particles of a cloth, from the start of a step to its end, without what is stored.
+struct EnergyChange {
+  double start_kinetic_j = 0;
+  double gain_j = 0;  // kinetic and potential
+};
+
 // What a step may add to a cloth's energy [J], as a function of the kinetic energy at its start and
 // of what it stores then (StoredEnergy_j). Without such a limit any gain is allowed.
 struct EnergyLimit {
@@ -20,13 +26,21 @@ struct EnergyLimit {
   // but where few sweeps solve them it may grow alone: links are stretched whose impulses have not
   // grown with them.
   bool watches_stores = false;
-  double constant_j = 0;
-  double colliders_j = 0;  // the part of it that colliders may do to particles inside them
-  double lag_root_j = 0;   // times the root of the kinetic energy [J^1/2]
+  double scale_j = 0;                          // m |g| l
+  double colliders_j = 0;                      // what colliders may do to particles inside them
+  double lag_root_j = 0;                       // times the root of the kinetic energy [J^1/2]
   double max_elastic_frequency_sq_per_s2 = 0;  // StepPlan's
 
   double Allowed_j(double start_kinetic_j, double start_stored_j = 0) const;
+
+  // The balance after a step of which nothing else has part in it.
+  EnergyBalance After(const EnergyBalance& before, const EnergyChange& step) const;
+  // What of the step's gain is beyond what all steps together may add, at least 0 [J].
+  double Excess_j(const EnergyBalance& after, const EnergyChange& step) const;
 };
+
+// By what velocities with this kinetic energy are multiplied to have so much less, at least 0 [-].
+double ShareOfVelocities(double kinetic_j, double excess_j);
 
 // The energy of all compliant links, joints and elastic elements [J], with the lengths of the
 // model; elements that are too fast for a substep as they act. `position_of(particle)`: an

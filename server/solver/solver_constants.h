@@ -181,6 +181,12 @@ inline constexpr double kMaxHeldMassRatio = 10;
 // [-]. Larger: cloths gain that much in every step unseen; smaller: steps are done again that only
 // give back what the step before took (1 to 5 % in linkages).
 inline constexpr double kMaxEnergyGain = 0.05;
+// The same of all steps together since nothing else has part in the energy of the cloth, of m g l
+// and the kinetic energy then; and of the kinetic energy of the moment [-]. Larger: gains that each
+// are small add up to that much; smaller: what two steps give back, and the rounding of long falls,
+// is taken for gains.
+inline constexpr double kMaxEnergyGrowth = 0.007;
+inline constexpr double kMaxEnergyDrift = 0.001;
 // Gravity in the scale of such gains where there is less [m/s^2]. Smaller: cloths that hardly move
 // have none to be measured by.
 inline constexpr double kLeastWatchedGravity_m_per_s2 = 9.81;

@@ -86,11 +86,11 @@ struct BodyState {
   RigidMotion motion;  // the pivot is the centre of mass
 };
 
-// How the kinetic and the potential energy have changed in a step, and by how much they may grow in
-// any number of steps, as EnergyLimit::Allowed_j where there are no colliders [J].
+// How the kinetic and the potential energy have changed in the steps since something else had part
+// in them last, and what gains are measured by: m g l and the kinetic energy then [J].
 struct EnergyBalance {
   double gain_j = 0;
-  double allowed_j = 0;
+  double scale_j = 0;  // 0: none of the steps has been done
 };
 
 struct StepReport {
@@ -108,8 +108,8 @@ struct StepReport {
   StepWarnings warnings;
   Measurements measured;                           // zero unless requested
   std::shared_ptr<const StepImpulses> impulses{};  // null unless requested, and of faulted cloths
-  // None: something else may have part in it (what is stored, colliders, pins that move, wind,
-  // other cloths of its world), or the backend cannot tell.
+  // After the step, StepItem::energy included. None: something else may have part in it (what is
+  // stored, colliders, pins that move, wind, other cloths of its world), or the backend cannot tell.
   std::optional<EnergyBalance> energy{};
   // Of every body, by collider; null without bodies, and of faulted cloths.
   std::shared_ptr<const std::vector<BodyState>> bodies{};

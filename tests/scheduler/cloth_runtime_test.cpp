@@ -81,28 +81,28 @@ TEST(ClothRuntime, ResetBeginsAgainAndCountsAsAChangeOfState) {
   EXPECT_EQ(cloth->progress().time_s, 0.5);
 }
 
-// What it may gain in one step it may gain in many.
-TEST(ClothRuntime, ManySmallGainsOfEnergyAddUp) {
+// Each step is told what those before it have added.
+TEST(ClothRuntime, KeepsTheBalanceOfEnergy) {
   const auto cloth = AtWork(0.5);
-  StepReport gains;
-  gains.energy = {.gain_j = 0.25, .allowed_j = 1};
-  const auto warns = [&](const StepReport& report) {
-    return cloth->Watched(report).warnings.energy_gained;
-  };
-  for (int step = 0; step < 4; ++step) EXPECT_FALSE(warns(gains)) << step;
-  EXPECT_TRUE(warns(gains));
-  StepReport loses = gains;
-  loses.energy->gain_j = -0.5;
-  EXPECT_FALSE(warns(loses));
-  EXPECT_FALSE(warns(gains));
-  EXPECT_TRUE(warns(gains)) << "1.25 J of 1 J";
+  const auto gain_j = [&] { return cloth->energy().gain_j; };
+  EXPECT_EQ(cloth->energy().scale_j, 0);
+  StepReport report;
+  report.energy = EnergyBalance{.gain_j = 0.25, .scale_j = 1};
+  cloth->CompleteStep(report);
+  EXPECT_EQ(gain_j(), 0.25);
+  EXPECT_EQ(cloth->energy().scale_j, 1);
   const RuntimeState saved = cloth->Save();
-  EXPECT_FALSE(warns({})) << "something acts";
-  EXPECT_FALSE(warns(gains)) << "it begins again";
+  cloth->CompleteStepAsleep();
+  EXPECT_EQ(gain_j(), 0.25);
+  cloth->CompleteStep({});
+  EXPECT_EQ(gain_j(), 0) << "something acts";
   cloth->Restore(saved);
-  EXPECT_TRUE(warns(gains));
+  EXPECT_EQ(gain_j(), 0.25);
+  cloth->Restate();
+  EXPECT_EQ(gain_j(), 0);
+  cloth->Restore(saved);
   cloth->Reset({}, {});
-  EXPECT_FALSE(warns(gains));
+  EXPECT_EQ(gain_j(), 0);
 }
 
 TEST(ClothRuntime, ReportsAreShiftedToTheClientsFrames) {

@@ -10,11 +10,6 @@ namespace {
 
 using Eigen::Vector3d;
 
-// From the start of the step to its end, without what is held and what is stored.
-struct EnergyChange {
-  double start_kinetic_j = 0, gain_j = 0;
-};
-
 EnergyChange ChangeOfEnergy(const StepContext& context, const ReferenceCloth& cloth) {
   const SceneModel& model = context.model;
   const auto& [p, v] = cloth.state;
@@ -35,6 +30,33 @@ double StoredOf(const SceneModel& model, const EnergyLimit& limit, const Particl
   return StoredEnergy_j(model, limit.max_elastic_frequency_sq_per_s2, position_of);
 }
 
+// From the velocities that the step ends with, in equal shares; those of what nothing holds keep
+// their mean. Returns how much.
+double TakeEnergy(StepContext& context, double excess_j) {
+  std::vector<Vector3d>& velocities = context.state.velocities_m_per_s;
+  const auto for_each_free = [&](const auto& function) {
+    for (uint32_t i = 0; i < context.model.particle_count(); ++i) {
+      if (context.w[i] != 0) function(context.model.masses_kg()[i], velocities[i]);
+    }
+  };
+  Vector3d mean = Vector3d::Zero();
+  if (context.held.empty()) {
+    double mass_kg = 0;
+    for_each_free([&](double its_mass_kg, const Vector3d& v) {
+      mass_kg += its_mass_kg;
+      mean += its_mass_kg * v;
+    });
+    mean /= mass_kg;
+  }
+  double kinetic_j = 0;
+  for_each_free([&](double mass_kg, const Vector3d& v) {
+    kinetic_j += mass_kg * (v - mean).squaredNorm() / 2;
+  });
+  const double share = ShareOfVelocities(kinetic_j, excess_j);
+  for_each_free([&](double, Vector3d& v) { v = mean + share * (v - mean); });
+  return (1 - share * share) * kinetic_j;
+}
+
 bool MovesWhatItHolds(const StepContext& context, const ReferenceCloth& cloth) {
   return std::ranges::any_of(context.held, [&](const Grip& held) {
     return held.target_m != cloth.state.positions_m[held.particle];
@@ -43,14 +65,16 @@ bool MovesWhatItHolds(const StepContext& context, const ReferenceCloth& cloth) {
 
 }  // namespace
 
-bool GainEnergy(const StepContexts& contexts, std::span<const SteppedReference> cloths,
-                std::span<const EnergyLimit> limits, std::optional<EnergyBalance>& balance) {
+bool GainEnergy(StepContexts& contexts, std::span<const SteppedReference> cloths,
+                std::span<const EnergyLimit> limits, bool may_be_calmer,
+                std::optional<EnergyBalance>& balance) {
   balance.reset();
   if (!std::ranges::all_of(limits, &EnergyLimit::is_watched)) return false;
   double gain_j = 0, allowed_j = 0;
   bool is_held_moved = false;
+  EnergyChange change;  // of the last one
   for (size_t k = 0; k < cloths.size(); ++k) {
-    const EnergyChange change = ChangeOfEnergy(contexts[k], *cloths[k].cloth);
+    change = ChangeOfEnergy(contexts[k], *cloths[k].cloth);
     gain_j += change.gain_j;
     allowed_j += limits[k].Allowed_j(change.start_kinetic_j);
     is_held_moved = is_held_moved || MovesWhatItHolds(contexts[k], *cloths[k].cloth);
@@ -58,7 +82,11 @@ bool GainEnergy(const StepContexts& contexts, std::span<const SteppedReference> 
   if (!std::isfinite(gain_j)) return true;
   if (cloths.size() == 1 && !limits[0].has_stores && !is_held_moved &&
       contexts[0].parameters.colliders.empty()) {
-    balance = {gain_j, allowed_j};
+    const std::optional<EnergyBalance>& before = cloths[0].asked.energy;
+    balance = limits[0].After(before.value_or(EnergyBalance{}), change);
+    const double excess_j = before ? limits[0].Excess_j(*balance, change) : 0;
+    if (excess_j > 0 && !may_be_calmer) balance->gain_j -= TakeEnergy(contexts[0], excess_j);
+    if (excess_j > 0) return true;
   }
   const bool looks_on = std::ranges::any_of(limits, &EnergyLimit::watches_stores);
   if (is_held_moved || (gain_j <= allowed_j && !looks_on)) return false;

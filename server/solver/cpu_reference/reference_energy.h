@@ -12,8 +12,9 @@ namespace drape::reference {
 
 // Whether all cloths together have gained more than they may, for one may give energy to another,
 // or no finite number. What is held and moved does work. `balance`: of a single cloth, if nothing
-// else has part in it.
-bool GainEnergy(const StepContexts& contexts, std::span<const SteppedReference> cloths,
-                std::span<const EnergyLimit> limits, std::optional<EnergyBalance>& balance);
+// else has part in it. Where no calmer scheme is left such a cloth loses what it has gained.
+bool GainEnergy(StepContexts& contexts, std::span<const SteppedReference> cloths,
+                std::span<const EnergyLimit> limits, bool may_be_calmer,
+                std::optional<EnergyBalance>& balance);
 
 }  // namespace drape::reference

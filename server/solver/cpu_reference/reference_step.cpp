@@ -358,12 +358,11 @@ bool ReferenceStep::End(std::vector<StepReport>& reports, Interruption* interrup
         EnergyLimitOf(*cloth.model, parameters_[k], reference::LengthsOf(cloth), plans[k]));
   }
   std::optional<EnergyBalance> balance;
-  if (reference::GainEnergy(contexts, cloths_, limits, balance) && !has_gained_energy_) {
-    has_gained_energy_ = true;
-    if (std::ranges::any_of(plans, HasCalmerScheme)) {
-      Begin(true, interruption);
-      return false;
-    }
+  const bool may_be_calmer = !has_gained_energy_ && std::ranges::any_of(plans, HasCalmerScheme);
+  has_gained_energy_ |= reference::GainEnergy(contexts, cloths_, limits, may_be_calmer, balance);
+  if (has_gained_energy_ && may_be_calmer) {
+    Begin(true, interruption);
+    return false;
   }
   bool is_good = true;
   for (size_t k = 0; k < cloths_.size(); ++k) {

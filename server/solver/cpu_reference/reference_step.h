@@ -17,8 +17,9 @@ namespace drape {
 
 // What a report of a step is to tell.
 struct AskedOfStep {
-  bool measure = false;   // StepReport::measured
-  bool impulses = false;  // StepReport::impulses
+  bool measure = false;                   // StepReport::measured
+  bool impulses = false;                  // StepReport::impulses
+  std::optional<EnergyBalance> energy{};  // StepItem::energy
 };
 
 // One of the cloths of a step.

@@ -34,7 +34,7 @@ void SetEnergyLimit(const GlCloth& cloth, shader::ClothRecord& record) {
       cloth.has_own_lengths() ? LengthSource::kOwn : LengthSource::kModel, cloth.plan);
   if (!limit.is_watched) return;
   shader::StepNumbers& step = record.step;
-  step.energy_constant = static_cast<float>(limit.constant_j);
+  step.energy_constant = static_cast<float>(limit.Allowed_j(0));
   step.energy_lag_root = static_cast<float>(limit.lag_root_j);
   step.keeps_start_of_gain = cloth.gain_response == GainResponse::kStepAgain ? 1 : 0;
   record.watches_stores = limit.watches_stores ? 1 : 0;

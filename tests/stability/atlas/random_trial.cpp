@@ -47,12 +47,14 @@ std::vector<RandomTrial> TryRandomCloths(Backend& backend, RandomKind kind,
   for (uint64_t seed = first_seed; seed < first_seed + count; ++seed) {
     playing.push_back(Begin(backend, RandomCloth(kind, seed), settings));
     trials.push_back({.name = playing.back().scene.name, .seed = seed});
-    items.push_back({playing.back().cloth, {}, false});
+    items.push_back(
+        {.cloth = playing.back().cloth, .pin_targets_m = {}, .energy = EnergyBalance{}});
   }
   for (double time_s = 0; time_s < duration_s; time_s += settings.time_step_s) {
     const BatchReport batch = backend.Step(items);
     for (size_t k = 0; k < trials.size(); ++k) {
       Judge(backend, playing[k], batch.reports[k], trials[k]);
+      items[k].energy = batch.reports[k].energy.value_or(EnergyBalance{});
     }
   }
   for (const Playing& one : playing) backend.Destroy(one.cloth);

@@ -327,6 +327,7 @@ StepContext CalmerContext(const StepContext& context) {
   calmer.asks_for_impulses = context.asks_for_impulses;
   calmer.colliders = context.colliders;
   calmer.edges = context.edges;
+  calmer.energy = context.energy;
   calmer.interruption = context.interruption;
   return calmer;
 }

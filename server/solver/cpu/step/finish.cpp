@@ -41,12 +41,6 @@ FaultReason FindFault(const StepContext& context) {
   return is_runaway ? FaultReason::kRunaway : FaultReason::kNone;
 }
 
-// Of all particles, from the start of the step to its end.
-struct EnergyChange {
-  double start_kinetic_j = 0;
-  double gain_j = 0;
-};
-
 // In blocks, so that the sums in single precision stay short.
 EnergyChange ChangeOfEnergy(const StepContext& context, const FloatState& start) {
   constexpr uint32_t kBlock = 64;
@@ -75,6 +69,34 @@ double StoredEnergyOf(const StepContext& context, const FloatState& state) {
                         [&](uint32_t i) { return ToVector3d(state.positions[i]); });
 }
 
+// From the velocities that the step ends with, in equal shares; those of what nothing holds keep
+// their mean. Returns how much.
+double TakeEnergy(const StepContext& context, double excess_j) {
+  FloatState& end = context.scratch.state;
+  const std::span<const float> masses = context.model.free_masses;
+  const auto for_each_free = [&](const auto& function) {
+    for (const uint32_t i : context.held.free_particles) {
+      function(double{masses[i]}, end.velocities[i]);
+    }
+  };
+  Eigen::Vector3d mean = Eigen::Vector3d::Zero();
+  if (context.held.particles.empty()) {
+    double mass = 0;
+    for_each_free([&](double its_mass, const Vec4& v) {
+      mass += its_mass;
+      mean += its_mass * ToVector3d(v);
+    });
+    mean /= mass;
+  }
+  double kinetic_j = 0;
+  for_each_free([&](double mass, const Vec4& v) {
+    kinetic_j += mass * (ToVector3d(v) - mean).squaredNorm() / 2;
+  });
+  const double share = ShareOfVelocities(kinetic_j, excess_j);
+  for_each_free([&](double, Vec4& v) { v = ToVec4(mean + share * (ToVector3d(v) - mean)); });
+  return (1 - share * share) * kinetic_j;
+}
+
 bool MovesWhatItHolds(const StepContext& context, const FloatState& start) {
   const HeldParticles& held = context.held;
   for (size_t k = 0; k < held.particles.size(); ++k) {
@@ -95,8 +117,9 @@ bool GainEnergy(std::span<const EndingCloth> cloths) {
   }
   double gain_j = 0, allowed_j = 0;
   bool have_stores = false, watches_stores = false, is_held_moved = false;
+  EnergyChange change;  // of the last one
   for (const EndingCloth& cloth : cloths) {
-    const EnergyChange change = ChangeOfEnergy(cloth.context, cloth.state);
+    change = ChangeOfEnergy(cloth.context, cloth.state);
     gain_j += change.gain_j;
     allowed_j += limit_of(cloth).Allowed_j(change.start_kinetic_j);
     have_stores |= limit_of(cloth).has_stores;
@@ -106,13 +129,19 @@ bool GainEnergy(std::span<const EndingCloth> cloths) {
   if (!std::isfinite(gain_j)) return true;
   if (cloths.size() == 1 && !have_stores && !is_held_moved &&
       cloths[0].context.scratch.reach.near.empty()) {
-    cloths[0].report.energy = {gain_j, allowed_j - limit_of(cloths[0]).colliders_j};
+    const StepContext& context = cloths[0].context;
+    EnergyBalance after =
+        limit_of(cloths[0]).After(context.energy.value_or(EnergyBalance{}), change);
+    const double excess_j = context.energy ? limit_of(cloths[0]).Excess_j(after, change) : 0;
+    if (excess_j > 0 && context.calmer_controls == nullptr) after.gain_j -= TakeEnergy(context, excess_j);
+    cloths[0].report.energy = after;
+    if (excess_j > 0) return true;
   }
   if (is_held_moved || (gain_j <= allowed_j && !watches_stores)) return false;
   if (!have_stores) return true;
   allowed_j = 0;
   for (const EndingCloth& cloth : cloths) {
-    const EnergyChange change = ChangeOfEnergy(cloth.context, cloth.state);
+    change = ChangeOfEnergy(cloth.context, cloth.state);
     const bool counts = limit_of(cloth).has_stores;
     const double start_j = counts ? StoredEnergyOf(cloth.context, cloth.state) : 0;
     if (counts) gain_j += StoredEnergyOf(cloth.context, cloth.context.scratch.state) - start_j;

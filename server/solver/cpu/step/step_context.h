@@ -160,7 +160,8 @@ struct StepContext {
   StepTeam& team;
   uint32_t max_iterations;    // sweeps per substep at most
   bool leaves_out_colliders;  // those out of reach; the result does not depend on it
-  // Of the scheme with which a step is done again that gained energy; null: none is calmer.
+  // Of the scheme with which a step is done again that gained energy; null: none is calmer, or this
+  // is that.
   const FloatControls* calmer_controls = nullptr;
   FloatSubstep substep{};  // the one under way
   // Null: the cloth passes through everything but colliders. Of several cloths: that of their
@@ -171,8 +172,9 @@ struct StepContext {
   bool may_cross_itself = true;    // parts of the cloth may cross something when the step begins
   bool asks_for_impulses = false;  // StepReport::impulses
   std::span<const Collider> colliders{};
-  EdgesOfStep edges{};                   // if there are surface parts
-  Interruption* interruption = nullptr;  // of stages that take long; null: nobody is asked
+  EdgesOfStep edges{};                    // if there are surface parts
+  std::optional<EnergyBalance> energy{};  // StepItem::energy
+  Interruption* interruption = nullptr;   // of stages that take long; null: nobody is asked
 
   // Whether collider k is a rigid body.
   bool IsBody(size_t k) const { return controls.has_bodies && colliders[k].is_body(); }
