@@ -162,6 +162,7 @@ void AddContact(CLI::App& app, CommandLine& line) {
       ->check(CLI::PositiveNumber);
   contact->add_option("--substeps", options.substeps)->delimiter(',')->check(CLI::PositiveNumber);
   contact->add_option("--thickness-m", options.thickness_m)->check(CLI::PositiveNumber);
+  contact->add_option("--threads", options.threads, "of the backend")->check(CLI::PositiveNumber);
   contact->add_option("--count-crossings", options.positions,
                       "print the crossings in each frame of a file of positions, instead");
 }
