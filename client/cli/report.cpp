@@ -79,6 +79,12 @@ Json CorrectionJson(const v1::StartCorrection& correction) {
           {"largest_let_out", correction.largest_let_out()}};
 }
 
+Json LimitJson(const v1::ElasticLimit& limit) {
+  return {{"elements", limit.elements()},
+          {"least_share", limit.least_share()},
+          {"enough_substeps", limit.enough_substeps()}};
+}
+
 Json ClothJson(const ClothReport& cloth, double time_step_s) {
   Json samples = Json::array();
   for (size_t k = 0; k < cloth.samples.size(); ++k) {
@@ -108,6 +114,10 @@ Json ClothJson(const ClothReport& cloth, double time_step_s) {
   // Only of cloths with a corrected start.
   if (cloth.shape.has_start_correction()) {
     json["start_correction"] = CorrectionJson(cloth.shape.start_correction());
+  }
+  // Only of cloths of which some bending or shear is softer than requested.
+  if (cloth.shape.has_elastic_limit()) {
+    json["elastic_limit"] = LimitJson(cloth.shape.elastic_limit());
   }
   json["samples"] = std::move(samples);
   json["warnings"] = Json(warnings);
@@ -211,6 +221,18 @@ std::string ReportJson(const RunReport& report) {
   return json.dump(1) + "\n";
 }
 
+std::string LimitText(const v1::ElasticLimit& limit) {
+  char text[128];
+  std::snprintf(
+      text, sizeof(text),
+      ": %u elements of bending or shear are softer than requested, down to %.2g %% of it",
+      limit.elements(), 100 * limit.least_share());
+  const std::string cure = limit.enough_substeps() > 0
+                               ? "settings.substeps " + std::to_string(limit.enough_substeps())
+                               : "no number of substeps";
+  return text + ("; " + cure + " would do\n");
+}
+
 std::string ImportLines(const RunReport& report) {
   std::string lines;
   for (size_t k = 0; k < report.cloths().size(); ++k) {
@@ -227,6 +249,7 @@ std::string ImportLines(const RunReport& report) {
                     start.let_out_edges(), 100 * start.largest_let_out());
       lines += name + change;
     }
+    if (shape.has_elastic_limit()) lines += name + LimitText(shape.elastic_limit());
   }
   return lines;
 }

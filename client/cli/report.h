@@ -76,7 +76,8 @@ class RunReport {
 // a fault; its time is that times the time step.
 std::string ReportJson(const RunReport& report);
 
-// For people: a line per cloth whose mesh was repaired, or whose edges were let out.
+// For people: a line per cloth whose mesh was repaired, whose edges were let out, or of which some
+// bending or shear is softer than requested.
 std::string ImportLines(const RunReport& report);
 
 // A line per faulted cloth, for people: its index in the scene, its last good step, and why.

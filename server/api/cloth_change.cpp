@@ -40,7 +40,8 @@ struct Update {
 Result<v1::UpdateClothsResponse> ToAnswer(const Result<UpdatedCloths>& updated) {
   if (!updated.ok()) return updated.status();
   v1::UpdateClothsResponse answer;
-  *answer.mutable_shape() = ToProto(*updated->model, updated->plan, updated->start.get());
+  *answer.mutable_shape() =
+      ToProto(*updated->model, updated->plan, updated->start.get(), updated->elastic_limit);
   return answer;
 }
 

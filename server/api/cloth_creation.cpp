@@ -40,7 +40,8 @@ Result<v1::CreateClothsResponse> ToAnswer(const Result<CreatedCloths>& created) 
   if (!created.ok()) return created.status();
   v1::CreateClothsResponse answer;
   for (const ClothId id : created->ids) answer.add_cloth_ids(id.Packed());
-  *answer.mutable_shape() = ToProto(*created->model, created->plan, created->start.get());
+  *answer.mutable_shape() =
+      ToProto(*created->model, created->plan, created->start.get(), created->elastic_limit);
   return answer;
 }
 

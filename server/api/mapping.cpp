@@ -54,7 +54,8 @@ v1::Session ToProto(const SessionView& session) {
   return message;
 }
 
-v1::ClothShape ToProto(const SceneModel& model, const std::string& plan, const ClearStart* start) {
+v1::ClothShape ToProto(const SceneModel& model, const std::string& plan, const ClearStart* start,
+                       const std::optional<ElasticLimit>& elastic_limit) {
   v1::ClothShape message;
   message.set_particles(model.described_particle_count());
   message.set_distance_constraints(model.constraint_count());
@@ -78,6 +79,12 @@ v1::ClothShape ToProto(const SceneModel& model, const std::string& plan, const C
       correction.set_let_out_edges(static_cast<uint32_t>(start->let_out.size()));
       correction.set_largest_let_out(start->largest_let_out);
     }
+  }
+  if (elastic_limit) {
+    v1::ElasticLimit& limit = *message.mutable_elastic_limit();
+    limit.set_elements(elastic_limit->elements);
+    limit.set_least_share(elastic_limit->least_share);
+    limit.set_enough_substeps(elastic_limit->enough_substeps.value_or(0));
   }
   message.set_plan(plan);
   return message;
@@ -105,7 +112,8 @@ v1::Cloth ToProto(const ClothRecord& record) {
   const ClothProgress progress = record.runtime->progress();
   v1::Cloth message;
   message.set_id(record.id.Packed());
-  *message.mutable_shape() = ToProto(*description->model, description->plan, record.start().get());
+  *message.mutable_shape() = ToProto(*description->model, description->plan, record.start().get(),
+                                     ElasticLimitOf(*description->model, description->parameters));
   message.set_step(progress.completed_steps);
   message.set_time_s(progress.time_s);
   *message.mutable_environment() = EnvironmentToProto(description->parameters);

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -18,7 +19,8 @@ namespace drape::api {
 
 v1::Session ToProto(const SessionView& session);
 // `start` as in ClothCopy; may be null.
-v1::ClothShape ToProto(const SceneModel& model, const std::string& plan, const ClearStart* start);
+v1::ClothShape ToProto(const SceneModel& model, const std::string& plan, const ClearStart* start,
+                       const std::optional<ElasticLimit>& elastic_limit);
 v1::Environment EnvironmentToProto(const ClothParameters& parameters);
 v1::Cloth ToProto(const ClothRecord& record);
 v1::StepReport ToProto(ClothId id, uint64_t step, const StepReport& report,

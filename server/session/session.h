@@ -6,6 +6,7 @@
 #include <map>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <set>
 #include <span>
 #include <string>
@@ -24,6 +25,7 @@
 #include "server/session/request_memory.h"
 #include "server/session/saved_states.h"
 #include "server/session/session_limits.h"
+#include "server/solver/elastic_limit.h"
 
 namespace drape {
 
@@ -64,6 +66,7 @@ struct CreatedCloths {
   std::shared_ptr<const SceneModel> model;
   std::string plan;                         // BackendDescription::plan_of
   std::shared_ptr<const ClearStart> start;  // ClothCopy::start of one, a cleared one first
+  std::optional<ElasticLimit> elastic_limit{};
 };
 
 // The shape of the first cloth after an update.
@@ -71,6 +74,7 @@ struct UpdatedCloths {
   std::shared_ptr<const SceneModel> model;
   std::string plan;
   std::shared_ptr<const ClearStart> start;  // ClothRecord::start
+  std::optional<ElasticLimit> elastic_limit{};
 };
 
 struct ClothPage {

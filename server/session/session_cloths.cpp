@@ -130,6 +130,7 @@ Result<CreatedCloths> Session::PublishMade(const ClothMaker& maker, const Status
   CreatedCloths created;
   created.model = maker.model();
   created.plan = maker.plan();
+  created.elastic_limit = ElasticLimitOf(*maker.model(), maker.creation().copies[0].parameters);
   for (const auto& cloth : maker.made()) created.ids.push_back(cloth->id);
   return created;
 }
@@ -143,11 +144,13 @@ void Session::CheckCloths(ClothCreation creation, std::function<void(Result<Crea
                         uint64_t{creation.model->particle_count()} * creation.copies.size());
   }
   if (!status.ok()) return done(status);
-  done(CreatedCloths{.ids = {},
-                     .model = creation.model,
-                     .plan = commons_->scheduler.description().plan_of(
-                         *creation.model, creation.copies[0].parameters),
-                     .start = StartOf(creation)});
+  done(CreatedCloths{
+      .ids = {},
+      .model = creation.model,
+      .plan =
+          commons_->scheduler.description().plan_of(*creation.model, creation.copies[0].parameters),
+      .start = StartOf(creation),
+      .elastic_limit = ElasticLimitOf(*creation.model, creation.copies[0].parameters)});
 }
 
 namespace {
@@ -238,20 +241,21 @@ void Session::UpdateCloths(ClothList cloths, ClothChange change,
   }
   const auto updater = std::make_shared<ClothUpdater>(std::move(cloths), std::move(change),
                                                       std::move(models), rules);
-  const Status status =
-      RunUpdate(commons_->scheduler, owner(), updater, std::move(stop_reason),
-                [self = shared_from_this(), updater, done, made](Backend&, const Status& outcome) {
-                  if (!outcome.ok()) self->DropEnded(updater->cloths());
-                  const auto& first = updater->cloths().front();
-                  self->commons_->scheduler.Complete(
-                      [done, outcome, description = first->description(), start = first->start()] {
-                        if (outcome.ok()) {
-                          done(UpdatedCloths{description->model, description->plan, start});
-                        } else {
-                          done(outcome);
-                        }
-                      });
-                });
+  const Status status = RunUpdate(
+      commons_->scheduler, owner(), updater, std::move(stop_reason),
+      [self = shared_from_this(), updater, done, made](Backend&, const Status& outcome) {
+        if (!outcome.ok()) self->DropEnded(updater->cloths());
+        const auto& first = updater->cloths().front();
+        self->commons_->scheduler.Complete(
+            [done, outcome, description = first->description(), start = first->start()] {
+              if (outcome.ok()) {
+                done(UpdatedCloths{description->model, description->plan, start,
+                                   ElasticLimitOf(*description->model, description->parameters)});
+              } else {
+                done(outcome);
+              }
+            });
+      });
   if (!status.ok()) done(status);
 }
 

@@ -288,6 +288,26 @@ TEST_F(RunCommandTest, TellsOfVerticesThatNoTriangleHas) {
   EXPECT_EQ(ordered_json::parse(ReadText(path))["cloths"][0]["mesh_repair"]["loose_vertices"], 1);
 }
 
+TEST_F(RunCommandTest, TellsHowMuchOfTheStiffnessActs) {
+  WriteText(folder_ / "s.json",
+            R"({"name": "s", "time_step_s": 0.01, "duration_s": 0.02,
+                "cloths": [{"spec": {"grid": {"columns": 5, "rows": 5, "width_m": 0.01, "height_m": 0.01},
+                                     "material": {"bending_stiffness_n_per_m": 0, "bending_rigidity_n_m": 1e-2},
+                                     "settings": {"preset": "PAPER"}}}]})");
+  const std::string path = folder_ / "r.json";
+  const Outcome outcome = Run({(folder_ / "s.json").string(), "--report=" + path});
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  EXPECT_THAT(outcome.out, HasSubstr("elements of bending or shear are softer than requested"));
+  const auto limit = ordered_json::parse(ReadText(path))["cloths"][0]["elastic_limit"];
+  EXPECT_GT(limit["elements"], 0);
+  EXPECT_LT(limit["least_share"], 1);
+  EXPECT_THAT(
+      outcome.out,
+      HasSubstr(limit["enough_substeps"] == 0
+                    ? std::string("no number of substeps would do")
+                    : "settings.substeps " + std::to_string(limit["enough_substeps"].get<int>())));
+}
+
 TEST_F(RunCommandTest, AFaultedClothEndsARunWithItsOwnCode) {
   const std::string scene = Write("scene.json", client_test::SceneWithAFault());
   const std::string path = folder_ / "r.json";
