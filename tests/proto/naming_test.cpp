@@ -79,6 +79,7 @@ TEST_F(Naming, RealNumbersCarryTheirUnit) {
                                               "max_error",
                                               "rms_error",
                                               "largest_let_out",
+                                              "least_share",
                                               "load_limit",
                                               "refine_above_strain",
                                               "tolerance",
