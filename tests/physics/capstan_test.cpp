@@ -9,84 +9,13 @@
 #include <vector>
 
 #include "tests/physics/preset_test.h"
+#include "tests/support/capstan.h"
 
 namespace drape::test {
 namespace {
 
 using Eigen::Vector3d;
-constexpr double kG = 9.81;
-
-// A chain over a horizontal bar that turns by pi in `turns` equal corners and hangs down vertically
-// on both sides, a load at either end. At a corner of angle d inside the chain the tensions S < T
-// of its links act at d/2 from the tangent, so they press with (S + T) sin d/2 and pull with (T -
-// S) cos d/2: it slips from T/S = (cos d/2 + mu sin d/2) / (cos d/2 - mu sin d/2) =: f on. The
-// first and the last particle in contact are level with the axis, where the hanging link is
-// tangential: together they are one more corner. With massless links the loads differ by f^turns.
-struct Bar {
-  uint32_t turns = 6;
-  uint32_t hanging = 1;  // links on either side
-  double radius_m = 0.1;
-  double direction = 0;  // of the bar, about y [rad]
-  Vector3d place_m = Vector3d::Zero();
-  double link_kg = 0;
-  double light_kg = 1;
-  double friction_static = 0.3;
-  double dynamic = 1;  // of the static coefficient
-  double time_step_s = 1.0 / 60;
-
-  double corner() const { return std::numbers::pi / turns; }
-  double AngleOf(uint32_t contact) const { return std::numbers::pi - contact * corner(); }
-  double link_m() const { return 2 * radius_m * std::sin(corner() / 2); }
-
-  // The heavy load that static friction just holds: corner by corner, with the links' own weight,
-  // which presses by its part along the normal (cos a, sin a) and pulls towards the heavy side by
-  // m g cos a.
-  double SlipLoad_kg() const {
-    const double mu = friction_static;
-    double tension = light_kg + (hanging - 1) * link_kg;  // over g
-    for (uint32_t k = 0; k <= turns; ++k) {
-      const double before = k == 0 ? 0 : corner() / 2, after = k == turns ? 0 : corner() / 2;
-      const double held = tension * (std::cos(before) + mu * std::sin(before)) -
-                          link_kg * (std::cos(AngleOf(k)) - mu * std::sin(AngleOf(k)));
-      tension = held / (std::cos(after) - mu * std::sin(after));
-    }
-    return tension - (hanging - 1) * link_kg;
-  }
-
-  // How fast the chain starts where the heavy load is `share` of that one, at least: what is more
-  // than static friction holds accelerates everything.
-  double Acceleration(double share) const {
-    const double chain_kg = (turns + 1 + 2 * (hanging - 1)) * link_kg;
-    return (share - 1) * SlipLoad_kg() * kG / (share * SlipLoad_kg() + light_kg + chain_kg);
-  }
-
-  Scene Loaded(double share, const StepSettings& settings) const {
-    const Eigen::AngleAxisd turn(direction, Vector3d::UnitY());
-    ParticleTopology chain;
-    const auto add = [&](double x, double y) {
-      chain.positions_m.push_back(place_m + turn * Vector3d(x, y, 0));
-    };
-    for (uint32_t k = hanging; k >= 1; --k) add(-radius_m, -link_m() * k);
-    for (uint32_t k = 0; k <= turns; ++k) {
-      add(radius_m * std::cos(AngleOf(k)), radius_m * std::sin(AngleOf(k)));
-    }
-    for (uint32_t k = 1; k <= hanging; ++k) add(radius_m, -link_m() * k);
-    chain.masses_kg.assign(chain.positions_m.size(), link_kg);
-    chain.masses_kg.front() = light_kg;
-    chain.masses_kg.back() = share * SlipLoad_kg();
-    for (uint32_t k = 0; k + 1 < chain.positions_m.size(); ++k) {
-      chain.distance_constraints.push_back({.i = k, .j = k + 1, .rest_length_m = link_m()});
-    }
-    Scene scene = Particles(chain);
-    const Vector3d along = turn * Vector3d::UnitZ();
-    scene.parameters.colliders = {CapsuleBetween(place_m - along, place_m + along, radius_m)};
-    scene.parameters.friction_static = friction_static;
-    scene.parameters.friction_dynamic = dynamic * friction_static;
-    scene.parameters.settings = settings;
-    scene.parameters.settings.time_step_s = time_step_s;
-    return scene;
-  }
-};
+using Bar = CapstanBar;
 
 class Capstan : public PhysicsTest {
  protected:

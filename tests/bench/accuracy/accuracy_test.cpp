@@ -94,7 +94,7 @@ TEST_F(AccuracyTest, MeasuresEverySceneOnEveryBackendAndTheScriptSaysWhatItMeans
     ++quantities[row.at("kind")];
     EXPECT_TRUE(std::isfinite(std::stod(row.at("value")))) << row.at("scene");
   }
-  EXPECT_EQ(quantities.size(), 7u);
+  EXPECT_EQ(quantities.size(), 9u);
 
   const Ending made = Tables();
   ASSERT_EQ(made.exit_status, 0) << made.text;

@@ -81,6 +81,8 @@ const std::vector<QuantityKind>& QuantityKinds() {
   static const std::vector<QuantityKind> kinds = {
       {"rest", "second difference of positions over frames, damped for 12 s", RestScenes},
       {"slope", "friction 2 % above or below a slope of 0.5 rad", SlopeScenes},
+      {"capstan", "chains over bars, 2 % below what static friction holds", CapstanScenes},
+      {"caught", "balls that fall onto a sheet held by its corners", CatchScenes},
       {"cantilever", "drop of a clamped strip against the elastica", CantileverScenes},
       {"garment", "strains of garments that hang, made by rule", GarmentScenes},
       {"drape", "drape coefficient of a square on a round table", DrapeScenes},

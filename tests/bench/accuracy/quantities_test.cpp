@@ -55,6 +55,21 @@ TEST(QuantitiesTest, StrainsAreThoseOfTheLinks) {
   for (const Quantity& quantity : scene.quantities) EXPECT_NEAR(quantity.of(states), 0.25, 1e-12);
 }
 
+TEST(QuantitiesTest, CapstansMeasureHowFarTheLoadSinks) {
+  const QuantityScene scene = CapstanScenes(/*is_quick=*/true).front();
+  const auto states = Moved(scene, {{0, -0.1, 0}, {0, -0.2, 0}, {0.5, -0.4, 0.5}});
+  EXPECT_NEAR(scene.quantities[0].of(states), 0.3, 1e-12);
+}
+
+TEST(QuantitiesTest, CatchesMeasureTheLargestStrainOfAnyFrame) {
+  const QuantityScene scene = CatchScenes(/*is_quick=*/true).front();
+  std::vector<ParticleState> states(3, scene.scene.state);
+  EXPECT_NEAR(scene.quantities[0].of(states), 0, 1e-12);
+  for (Vector3d& p : states[1].positions_m) p *= 1.25;
+  for (Vector3d& p : states[2].positions_m) p *= 0.9;
+  EXPECT_NEAR(scene.quantities[0].of(states), 0.25, 1e-12);
+}
+
 // Flat, and shrunk to half its side about its middle.
 TEST(QuantitiesTest, TheDrapeCoefficientIsThatOfTheShadow) {
   const QuantityScene scene = DrapeScenes(/*is_quick=*/true).front();

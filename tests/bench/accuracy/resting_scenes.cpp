@@ -5,6 +5,8 @@
 #include <string>
 #include <utility>
 
+#include "tests/support/capstan.h"
+
 namespace drape::bench {
 namespace {
 
@@ -85,22 +87,32 @@ double MeanWay(const std::vector<Vector3d>& start_m, const std::vector<Vector3d>
   return sum.norm() / static_cast<double>(end_m.size());
 }
 
+// From the origin of the world. The server steps a cloth in a frame of its own, where it starts;
+// one that was carried there has gone so far since.
+struct Distance {
+  double metres = 0;
+  bool is_carried = false;
+};
+
 // `static_share`: static friction over the slope's; `dynamic_share`: dynamic over static friction.
-QuantityScene OnSlope(Kind kind, double static_share, double dynamic_share, double distance_m) {
+QuantityScene OnSlope(Kind kind, double static_share, double dynamic_share,
+                      const Distance& distance) {
   static const std::string kNames[] = {"grid", "mesh", "particles"};
   test::Scene scene = Patch(kind);
   const Vector3d along(std::cos(kSlope_rad), -std::sin(kSlope_rad), 0);
+  const Vector3d there_m = distance.metres * along;
+  const Vector3d origin_m = distance.is_carried ? Vector3d::Zero() : there_m;
   for (Vector3d& p : scene.state.positions_m) {
-    p = (p.x() + distance_m) * along + Vector3d(0, 0, p.z());
+    p = p.x() * along + Vector3d(0, 0, p.z()) + (there_m - origin_m);
   }
   ClothParameters& parameters = scene.parameters;
-  parameters.colliders = {
-      PlaneThrough(Vector3d::Zero(), {std::sin(kSlope_rad), std::cos(kSlope_rad), 0})};
+  parameters.colliders = {PlaneThrough(-origin_m, {std::sin(kSlope_rad), std::cos(kSlope_rad), 0})};
   parameters.friction_static = static_share * std::tan(kSlope_rad);
   parameters.friction_dynamic = dynamic_share * parameters.friction_static;
   const auto text = [](double number) { return std::to_string(std::lround(100 * number)); };
-  QuantityScene slope{.name = kNames[static_cast<size_t>(kind)] + " at " +
-                              std::to_string(std::lround(distance_m)) + " m static " +
+  QuantityScene slope{.name = kNames[static_cast<size_t>(kind)] +
+                              (distance.is_carried ? " carried " : " at ") +
+                              std::to_string(std::lround(distance.metres)) + " m static " +
                               text(static_share) + " % dynamic " + text(dynamic_share) + " %",
                       .duration_s = 2};
   const auto way_m = [start_m = scene.state.positions_m](std::span<const ParticleState> states) {
@@ -118,7 +130,82 @@ QuantityScene OnSlope(Kind kind, double static_share, double dynamic_share, doub
   return slope;
 }
 
+QuantityScene OverBar(uint32_t turns, double friction_static, double dynamic_share) {
+  constexpr double kShare = 0.98;
+  const test::CapstanBar bar{.turns = turns,
+                             .hanging = 2,
+                             .link_kg = 0.05,
+                             .friction_static = friction_static,
+                             .dynamic = dynamic_share};
+  const auto text = [](double number) { return std::to_string(std::lround(100 * number)); };
+  return {.name = std::to_string(turns) + " links static " + text(friction_static) + " % dynamic " +
+                  text(dynamic_share) + " % of it",
+          .scene = bar.Loaded(kShare, {}),
+          .duration_s = 2,
+          .last_states = static_cast<uint32_t>(std::lround(1 / kFrame_s)) + 1,
+          .quantities = {{"sinks in a second", "m",
+                          [](std::span<const ParticleState> states) {
+                            return states.front().positions_m.back().y() -
+                                   states.back().positions_m.back().y();
+                          },
+                          0.0}}};
+}
+
+// The ball starts so far above the sheet that it falls for a quarter of a second.
+QuantityScene Catching(uint32_t side, double mass_ratio, double duration_s) {
+  constexpr double kRadius_m = 0.15, kFall_m = 0.3;
+  const uint32_t last = side - 1;
+  test::Scene scene = test::Grid(side, side, 1, 1, {0, last, last * side, side * side - 1});
+  double sheet_kg = 0;
+  for (const double mass_kg : scene.model->masses_kg()) sheet_kg += mass_kg;
+  Collider ball = SphereAt({0.5, kFall_m + kRadius_m, 0.5}, kRadius_m);
+  ball.mass_kg = mass_ratio * sheet_kg;
+  scene.parameters.colliders = {ball};
+  scene.parameters.collider_motions = {RigidMotion::AtRest(CentreOf(ball))};
+  scene.parameters.friction_static = scene.parameters.friction_dynamic = 0.3;
+  const auto largest = [model = scene.model](std::span<const ParticleState> states) {
+    double strain = 0;
+    for (const ParticleState& state : states) {
+      for (const DistanceConstraint& link : model->constraints()) {
+        const double length_m = (state.positions_m[link.i] - state.positions_m[link.j]).norm();
+        strain = std::max(strain, std::abs(length_m / link.rest_length_m - 1));
+      }
+    }
+    return strain;
+  };
+  return {.name = "ball of " + std::to_string(std::lround(100 * mass_ratio)) +
+                  " % of the mass of " + std::to_string(side) + " x " + std::to_string(side),
+          .scene = std::move(scene),
+          .duration_s = duration_s,
+          .last_states = static_cast<uint32_t>(std::lround(duration_s / kFrame_s)),
+          .quantities = {{"largest strain", "-", largest, 0.0}}};
+}
+
 }  // namespace
+
+std::vector<QuantityScene> CapstanScenes(bool is_quick) {
+  if (is_quick) return {OverBar(6, 0.3, 1)};
+  std::vector<QuantityScene> scenes;
+  for (const uint32_t turns : {6u, 12u, 30u}) {
+    for (const double friction_static : {0.2, 0.3, 0.45}) {
+      for (const double dynamic_share : {0.7, 1.0}) {
+        scenes.push_back(OverBar(turns, friction_static, dynamic_share));
+      }
+    }
+  }
+  return scenes;
+}
+
+std::vector<QuantityScene> CatchScenes(bool is_quick) {
+  if (is_quick) return {Catching(6, 1, 0.1)};
+  std::vector<QuantityScene> scenes;
+  for (const uint32_t side : {16u, 32u}) {
+    for (const double mass_ratio : {0.1, 0.3, 1.0, 3.0}) {
+      scenes.push_back(Catching(side, mass_ratio, 2));
+    }
+  }
+  return scenes;
+}
 
 std::vector<QuantityScene> RestScenes(bool is_quick) {
   const uint32_t side = is_quick ? 6 : 24, last = side - 1;
@@ -147,14 +234,15 @@ std::vector<QuantityScene> RestScenes(bool is_quick) {
 }
 
 std::vector<QuantityScene> SlopeScenes(bool is_quick) {
-  if (is_quick) return {OnSlope(Kind::kGrid, 1.02, 1, 0)};
+  if (is_quick) return {OnSlope(Kind::kGrid, 1.02, 1, {})};
   std::vector<QuantityScene> scenes;
   for (const Kind kind : {Kind::kGrid, Kind::kMesh, Kind::kParticles}) {
     for (const double static_share : {1.02, 0.98}) {
-      for (const double distance_m : {0.0, 10.0, 100.0}) {
+      for (const Distance& distance :
+           std::initializer_list<Distance>{{0}, {10}, {100}, {10, true}, {100, true}}) {
         for (const double dynamic_share : {0.5, 0.9, 1.0}) {
           if (kind != Kind::kGrid && dynamic_share == 1) continue;
-          scenes.push_back(OnSlope(kind, static_share, dynamic_share, distance_m));
+          scenes.push_back(OnSlope(kind, static_share, dynamic_share, distance));
         }
       }
     }
