@@ -31,7 +31,8 @@ def draw_contact(rows, frames):
         panel.set_zorder(pairs.get_zorder() + 1)
         panel.patch.set_visible(False)
     axes.flat[0].legend(fontsize=7, loc="upper left")
-    figure.suptitle("Self-collision: time per frame, and near pairs (orange, right)", fontsize=10)
+    # Above the titles of the panels, however many rows there are.
+    figure.suptitle("Self-collision: time per frame, and near pairs (orange, right)", fontsize=10, y=1 + 0.05 / lines)
     return figure
 
 
