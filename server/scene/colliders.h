@@ -125,8 +125,8 @@ Eigen::Vector3d CentreOf(const Collider& collider);
 // The collider at the pose of the motion at time 0.
 Collider Moved(const Collider& collider, const RigidMotion& motion);
 
-// Half of its smallest width; of a map where it is widest, at least half a cell. Infinite of a plane
-// [m].
+// Half of its smallest width; of a map where it is widest, at least half a cell. Infinite of a
+// plane [m].
 double HalfWidth_m(const Collider& collider);
 
 // Distance and outward normal at q; at a sphere's centre the normal is +y.
