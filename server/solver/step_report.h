@@ -109,7 +109,8 @@ struct StepReport {
   Measurements measured;                           // zero unless requested
   std::shared_ptr<const StepImpulses> impulses{};  // null unless requested, and of faulted cloths
   // After the step, StepItem::energy included. None: something else may have part in it (what is
-  // stored, colliders, pins that move, wind, other cloths of its world), or the backend cannot tell.
+  // stored, colliders, pins that move, wind, other cloths of its world), or the backend cannot
+  // tell.
   std::optional<EnergyBalance> energy{};
   // Of every body, by collider; null without bodies, and of faulted cloths.
   std::shared_ptr<const std::vector<BodyState>> bodies{};

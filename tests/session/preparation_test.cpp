@@ -80,7 +80,12 @@ TEST_F(PreparationTest, OnlyChangesOfWhatTouchesMayNeedParts) {
   };
   EXPECT_FALSE(needs_parts([](auto& change) { change.gravity_m_per_s2.emplace(); }));
   EXPECT_FALSE(needs_parts([](auto& change) { change.settings.emplace(); }));
+  // A plane has no other side, and no middle of an edge sinks into it.
   EXPECT_FALSE(needs_parts([](auto& change) {
+    change.colliders = std::vector<Collider>{PlaneThrough({0, -5, 0}, {0, 1, 0})};
+  }));
+  // Even a ball of 2 m may be thin for a cloth that is fast enough.
+  EXPECT_TRUE(needs_parts([](auto& change) {
     change.colliders = std::vector<Collider>{SphereAt({0, -5, 0}, 2)};
   }));
   const auto posts = [](auto& change) { change.colliders = std::vector<Collider>{Post()}; };

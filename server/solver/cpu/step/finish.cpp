@@ -133,7 +133,9 @@ bool GainEnergy(std::span<const EndingCloth> cloths) {
     EnergyBalance after =
         limit_of(cloths[0]).After(context.energy.value_or(EnergyBalance{}), change);
     const double excess_j = context.energy ? limit_of(cloths[0]).Excess_j(after, change) : 0;
-    if (excess_j > 0 && context.calmer_controls == nullptr) after.gain_j -= TakeEnergy(context, excess_j);
+    if (excess_j > 0 && context.calmer_controls == nullptr) {
+      after.gain_j -= TakeEnergy(context, excess_j);
+    }
     cloths[0].report.energy = after;
     if (excess_j > 0) return true;
   }
