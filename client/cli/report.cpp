@@ -126,6 +126,17 @@ Json ClothJson(const ClothReport& cloth, double time_step_s) {
   return json;
 }
 
+std::string LimitText(const v1::ElasticLimit& limit) {
+  char text[128];
+  std::snprintf(text, sizeof(text),
+                "%u elements of bending or shear are softer than requested, one acts with %.2g %%",
+                limit.elements(), 100 * limit.least_share());
+  const std::string cure = limit.enough_substeps() > 0
+                               ? "settings.substeps " + std::to_string(limit.enough_substeps())
+                               : "no number of substeps";
+  return text + ("; " + cure + " would do");
+}
+
 // A part of the sentence about what was done to a mesh, where anything was.
 void AppendCount(uint32_t count, const char* what, std::string* line) {
   if (count == 0) return;
@@ -221,18 +232,6 @@ std::string ReportJson(const RunReport& report) {
   return json.dump(1) + "\n";
 }
 
-std::string LimitText(const v1::ElasticLimit& limit) {
-  char text[128];
-  std::snprintf(
-      text, sizeof(text),
-      ": %u elements of bending or shear are softer than requested, down to %.2g %% of it",
-      limit.elements(), 100 * limit.least_share());
-  const std::string cure = limit.enough_substeps() > 0
-                               ? "settings.substeps " + std::to_string(limit.enough_substeps())
-                               : "no number of substeps";
-  return text + ("; " + cure + " would do\n");
-}
-
 std::string ImportLines(const RunReport& report) {
   std::string lines;
   for (size_t k = 0; k < report.cloths().size(); ++k) {
@@ -249,7 +248,9 @@ std::string ImportLines(const RunReport& report) {
                     start.let_out_edges(), 100 * start.largest_let_out());
       lines += name + change;
     }
-    if (shape.has_elastic_limit()) lines += name + LimitText(shape.elastic_limit());
+    if (shape.has_elastic_limit()) {
+      lines += name + ": " + LimitText(shape.elastic_limit()) + "\n";
+    }
   }
   return lines;
 }

@@ -84,7 +84,9 @@ bool HasSurfaceContactsSlowly(const SceneModel& model, const ClothParameters& pa
 }
 
 // Whether a particle may come beyond its middle within a substep.
-bool IsThinFor(double way_m, const Collider& collider) {
+bool IsThinFor(const EdgesOfStep& edges, const Collider& collider, const RigidMotion* motion) {
+  const double own_speed_m_per_s = motion != nullptr ? motion->velocity_m_per_s.norm() : 0;
+  const double way_m = edges.way_m + own_speed_m_per_s * edges.substep_s;
   return way_m > kThinShare * HalfWidth_m(collider);
 }
 
@@ -112,7 +114,7 @@ bool TouchesEdges(const EdgesOfStep& edges, const Collider& collider, const Rigi
   }
   const bool is_sharp = IsSharp(collider, edges.length_m);
   if (is_sharp && motion != nullptr && Moves(*motion, collider)) return true;
-  const bool may_catch = (is_sharp && edges.is_pulled) || IsThinFor(edges.way_m, collider);
+  const bool may_catch = (is_sharp && edges.is_pulled) || IsThinFor(edges, collider, motion);
   return may_catch && !Slips(collider, edges.length_m);
 }
 

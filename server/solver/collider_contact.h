@@ -31,6 +31,7 @@ struct EdgesOfStep {
   double length_m = 0;     // of a typical one (SceneModel::length_scale_m)
   bool is_pulled = false;  // some held particle pulls
   double way_m = 0;        // WayInSubstep_m of the fastest particle
+  double substep_s = 0;
 };
 
 // In a step at whose start the collider moves so; null: it rests as described.

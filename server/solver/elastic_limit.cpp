@@ -3,21 +3,24 @@
 #include <algorithm>
 #include <cmath>
 
+#include "server/solver/load.h"
 #include "server/solver/step_plan.h"
 
 namespace drape {
 namespace {
 
+// Of a heavy cloth, with the substeps that its load asks for.
 StepPlan PlanOf(const SceneModel& model, const ClothParameters& parameters) {
-  return PlanStep(model, parameters, LengthSource::kModel, ScalarType::kFloat32);
+  return PlanStep(model, RaiseSubsteps(model, parameters), LengthSource::kModel,
+                  ScalarType::kFloat32);
 }
 
-// What follows may be limited by h^2 omega^2, so by the square of the substeps; which scheme it is
-// for may change with them.
+// The limit grows with the square of the substeps; but they may decide the scheme that has it, so
+// some more are tried.
 std::optional<uint32_t> EnoughSubsteps(const SceneModel& model, const ClothParameters& parameters,
                                        double least_share) {
   ClothParameters finer = parameters;
-  double wanted = parameters.settings.substeps / std::sqrt(least_share);
+  double wanted = RaiseSubsteps(model, parameters).settings.substeps / std::sqrt(least_share);
   constexpr int kTries = 8;
   constexpr double kMore = 1.02;
   for (int k = 0; k < kTries && wanted <= kMaxSubsteps; ++k, wanted *= kMore) {

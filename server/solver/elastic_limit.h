@@ -16,8 +16,8 @@ struct ElasticLimit {
   std::optional<uint32_t> enough_substeps{};
 };
 
-// None: all are as stiff as requested. Otherwise the steps of the cloth have the warning
-// elastic_beyond_limit. Pure.
+// `parameters`: as clients know them (before RaiseSubsteps). None: all are as stiff as requested.
+// Otherwise the steps of the cloth have the warning elastic_beyond_limit. Pure.
 std::optional<ElasticLimit> ElasticLimitOf(const SceneModel& model,
                                            const ClothParameters& parameters);
 

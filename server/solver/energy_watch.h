@@ -2,6 +2,7 @@
 // dissipatively (server/solver/method.md, "Energy watch").
 #pragma once
 
+#include <Eigen/Core>
 #include <algorithm>
 
 #include "server/scene/scene_model.h"
@@ -41,6 +42,27 @@ struct EnergyLimit {
 
 // By what velocities with this kinetic energy are multiplied to have so much less, at least 0 [-].
 double ShareOfVelocities(double kinetic_j, double excess_j);
+
+// Takes this energy from the velocities of the free particles of a cloth in equal shares, as far as
+// they have it; those of a cloth that nothing holds keep their mean. Returns how much [J].
+// `for_each_free(function)`: function(mass_kg, v) for each, v an Eigen::Vector3d that it may
+// change.
+template <class ForEachFree>
+double TakeEnergy_j(double excess_j, bool is_held, const ForEachFree& for_each_free) {
+  double mass_kg = 0, kinetic_j = 0;
+  Eigen::Vector3d momentum = Eigen::Vector3d::Zero();
+  for_each_free([&](double its_mass_kg, const Eigen::Vector3d& v) {
+    mass_kg += its_mass_kg;
+    momentum += its_mass_kg * v;
+  });
+  const Eigen::Vector3d mean = is_held ? Eigen::Vector3d(0, 0, 0) : momentum / mass_kg;
+  for_each_free([&](double its_mass_kg, const Eigen::Vector3d& v) {
+    kinetic_j += its_mass_kg * (v - mean).squaredNorm() / 2;
+  });
+  const double share = ShareOfVelocities(kinetic_j, excess_j);
+  for_each_free([&](double, Eigen::Vector3d& v) { v = mean + share * (v - mean); });
+  return (1 - share * share) * kinetic_j;
+}
 
 // The energy of all compliant links, joints and elastic elements [J], with the lengths of the
 // model; elements that are too fast for a substep as they act. `position_of(particle)`: an

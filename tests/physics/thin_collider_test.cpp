@@ -202,6 +202,32 @@ TEST_P(ThinCollider, IsNotPassedByDefault) {
   EXPECT_EQ(CountPassed(backend_name() == "cpu" ? 105 : 28, kinds, ColliderContact::kAuto), 0u);
 }
 
+// A board of one cell of its map that flies through a sheet at rest.
+TEST_P(ThinCollider, ThatMovesIsNotPassedByDefault) {
+  for (const double speed_m_per_s : {3.0, 8.0, 15.0}) {
+    for (const double time_step_s : {1.0 / 60, 1.0 / 30}) {
+      Throw thrown;
+      thrown.scene = Grid(12, 12, 0.5, 0.5);
+      thrown.kind = Kind::kClosedMesh;
+      ClothParameters& parameters = thrown.scene.parameters;
+      parameters.settings = PresetSettings(Preset::kRealtime);
+      parameters.settings.time_step_s = time_step_s;
+      parameters.gravity_m_per_s2.setZero();
+      for (Vector3d& p : thrown.scene.state.positions_m) p += Vector3d(-0.25, 0.05, -0.25);
+      parameters.colliders = {DistanceMapAt(ThinMap(), {})};
+      RigidMotion motion = RigidMotion::AtRest(Vector3d::Zero());
+      motion.velocity_m_per_s = Vector3d(0, speed_m_per_s, 0);
+      parameters.collider_motions = {motion};
+      const ClothHandle cloth = Make(thrown.scene);
+      for (int step = 1; step * time_step_s * speed_m_per_s < 1; ++step) {
+        StepAlone(backend(), cloth, thrown.scene);
+        EXPECT_EQ(PassedIn(thrown, ReadState(backend(), cloth), step * time_step_s), 0u)
+            << speed_m_per_s << " m/s, step " << step;
+      }
+    }
+  }
+}
+
 TEST_P(ThinCollider, IsNotPassed) {
   NothingPasses(backend_name() == "cpu" ? 105 : 28);
 }

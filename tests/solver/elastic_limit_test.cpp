@@ -4,6 +4,7 @@
 
 #include <algorithm>
 
+#include "server/solver/load.h"
 #include "server/solver/step_plan.h"
 #include "tests/support/scenes.h"
 
@@ -60,6 +61,30 @@ TEST(ElasticLimit, TellsTheShareThatActs) {
   EXPECT_DOUBLE_EQ(limit->least_share, most_per_s2 / *std::ranges::max_element(all));
   EXPECT_EQ(limit->elements,
             std::ranges::count_if(all, [&](double its) { return its > most_per_s2; }));
+}
+
+// What the load of a heavy cloth adds to the substeps counts: its steps have them.
+TEST(ElasticLimit, KnowsTheSubstepsOfHeavyCloths) {
+  int raised = 0, limited = 0;
+  for (const double density_kg_per_m2 : {1.0, 100.0, 1e4}) {
+    for (const double rigidity_n_m : {1e-7, 1e-4, 1e-1, 100.0, 1e4}) {
+      const StructuralMaterial material{.areal_density_kg_per_m2 = density_kg_per_m2,
+                                        .bending_rigidity_n_m = rigidity_n_m};
+      Scene scene = Grid(40, 40, 2, 2, {0, 39}, material);
+      scene.parameters.settings = PresetSettings(Preset::kRealtime);
+      scene.parameters.settings.substeps = 4;
+      const auto limit = ElasticLimitOf(*scene.model, scene.parameters);
+      scene.parameters = RaiseSubsteps(*scene.model, scene.parameters);
+      raised += scene.parameters.settings.substeps > 4;
+      limited += limit.has_value();
+      EXPECT_EQ(limit.has_value(), IsBeyondLimit(scene)) << rigidity_n_m;
+      if (!limit || !limit->enough_substeps) continue;
+      scene.parameters.settings.substeps = *limit->enough_substeps;
+      EXPECT_FALSE(IsBeyondLimit(scene)) << rigidity_n_m;
+    }
+  }
+  EXPECT_GT(raised, 0);
+  EXPECT_GT(limited, 0);
 }
 
 TEST(ElasticLimit, NothingIsLimitedWhereNothingBends) {

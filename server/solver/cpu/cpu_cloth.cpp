@@ -54,6 +54,7 @@ EdgesOfStep EdgesOf(const Cloth& cloth, const HeldParticles& held) {
   if (edges.contact != ColliderContact::kAuto) return edges;
   edges.way_m = WayInSubstep_m(FastestSpeed(cloth.state), cloth.parameters.gravity_m_per_s2.norm(),
                                settings.time_step_s, settings.substeps);
+  edges.substep_s = settings.substep_s();
   for (size_t k = 0; k < held.particles.size() && !edges.is_pulled; ++k) {
     edges.is_pulled = Pulls(ToVector3d(cloth.state.positions[held.particles[k]]),
                             ToVector3d(held.targets[k]), settings.time_step_s);

@@ -30,31 +30,15 @@ double StoredOf(const SceneModel& model, const EnergyLimit& limit, const Particl
   return StoredEnergy_j(model, limit.max_elastic_frequency_sq_per_s2, position_of);
 }
 
-// From the velocities that the step ends with, in equal shares; those of what nothing holds keep
-// their mean. Returns how much.
+// From the velocities that the step ends with. Returns how much.
 double TakeEnergy(StepContext& context, double excess_j) {
-  std::vector<Vector3d>& velocities = context.state.velocities_m_per_s;
   const auto for_each_free = [&](const auto& function) {
     for (uint32_t i = 0; i < context.model.particle_count(); ++i) {
-      if (context.w[i] != 0) function(context.model.masses_kg()[i], velocities[i]);
+      if (context.w[i] == 0) continue;
+      function(context.model.masses_kg()[i], context.state.velocities_m_per_s[i]);
     }
   };
-  Vector3d mean = Vector3d::Zero();
-  if (context.held.empty()) {
-    double mass_kg = 0;
-    for_each_free([&](double its_mass_kg, const Vector3d& v) {
-      mass_kg += its_mass_kg;
-      mean += its_mass_kg * v;
-    });
-    mean /= mass_kg;
-  }
-  double kinetic_j = 0;
-  for_each_free([&](double mass_kg, const Vector3d& v) {
-    kinetic_j += mass_kg * (v - mean).squaredNorm() / 2;
-  });
-  const double share = ShareOfVelocities(kinetic_j, excess_j);
-  for_each_free([&](double, Vector3d& v) { v = mean + share * (v - mean); });
-  return (1 - share * share) * kinetic_j;
+  return TakeEnergy_j(excess_j, !context.held.empty(), for_each_free);
 }
 
 bool MovesWhatItHolds(const StepContext& context, const ReferenceCloth& cloth) {

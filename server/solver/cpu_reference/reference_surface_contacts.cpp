@@ -33,7 +33,8 @@ EdgesOfStep EdgesOf(const StepContext& context) {
   }
   const double way_m = WayInSubstep_m(fastest_m_per_s, context.parameters.gravity_m_per_s2.norm(),
                                       settings.time_step_s, settings.substeps);
-  return {settings.collider_contact, context.model.length_scale_m(), is_pulled, way_m};
+  return {settings.collider_contact, context.model.length_scale_m(), is_pulled, way_m,
+          settings.substep_s()};
 }
 
 }  // namespace

@@ -130,6 +130,12 @@ void AddNear(const StepContext& context, const ParticleBox& range, std::vector<u
   }
 }
 
+bool TouchesEdges(const StepContext& context, uint32_t collider) {
+  const RigidMotion* const motion =
+      context.collider_motions.empty() ? nullptr : &context.collider_motions[collider];
+  return drape::TouchesEdges(context.edges, context.colliders[collider], motion);
+}
+
 }  // namespace
 
 ParticleBox AddNear(const StepContext& context, const FloatState& state,
@@ -145,12 +151,6 @@ ParticleBox AddNear(const StepContext& context, const FloatState& state,
   const ParticleBox range = RangeOf(context, state, 1);
   AddNear(context, range, near);
   return range;
-}
-
-bool TouchesEdges(const StepContext& context, uint32_t collider) {
-  const RigidMotion* const motion =
-      context.collider_motions.empty() ? nullptr : &context.collider_motions[collider];
-  return drape::TouchesEdges(context.edges, context.colliders[collider], motion);
 }
 
 bool HasCollidersForEdges(const StepContext& context) {

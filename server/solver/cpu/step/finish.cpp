@@ -69,32 +69,17 @@ double StoredEnergyOf(const StepContext& context, const FloatState& state) {
                         [&](uint32_t i) { return ToVector3d(state.positions[i]); });
 }
 
-// From the velocities that the step ends with, in equal shares; those of what nothing holds keep
-// their mean. Returns how much.
+// From the velocities that the step ends with. Returns how much.
 double TakeEnergy(const StepContext& context, double excess_j) {
   FloatState& end = context.scratch.state;
-  const std::span<const float> masses = context.model.free_masses;
   const auto for_each_free = [&](const auto& function) {
     for (const uint32_t i : context.held.free_particles) {
-      function(double{masses[i]}, end.velocities[i]);
+      Eigen::Vector3d v = ToVector3d(end.velocities[i]);
+      function(double{context.model.free_masses[i]}, v);
+      end.velocities[i] = ToVec4(v);
     }
   };
-  Eigen::Vector3d mean = Eigen::Vector3d::Zero();
-  if (context.held.particles.empty()) {
-    double mass = 0;
-    for_each_free([&](double its_mass, const Vec4& v) {
-      mass += its_mass;
-      mean += its_mass * ToVector3d(v);
-    });
-    mean /= mass;
-  }
-  double kinetic_j = 0;
-  for_each_free([&](double mass, const Vec4& v) {
-    kinetic_j += mass * (ToVector3d(v) - mean).squaredNorm() / 2;
-  });
-  const double share = ShareOfVelocities(kinetic_j, excess_j);
-  for_each_free([&](double, Vec4& v) { v = ToVec4(mean + share * (ToVector3d(v) - mean)); });
-  return (1 - share * share) * kinetic_j;
+  return TakeEnergy_j(excess_j, !context.held.particles.empty(), for_each_free);
 }
 
 bool MovesWhatItHolds(const StepContext& context, const FloatState& start) {
@@ -143,11 +128,11 @@ bool GainEnergy(std::span<const EndingCloth> cloths) {
   if (!have_stores) return true;
   allowed_j = 0;
   for (const EndingCloth& cloth : cloths) {
-    change = ChangeOfEnergy(cloth.context, cloth.state);
+    const double start_kinetic_j = ChangeOfEnergy(cloth.context, cloth.state).start_kinetic_j;
     const bool counts = limit_of(cloth).has_stores;
     const double start_j = counts ? StoredEnergyOf(cloth.context, cloth.state) : 0;
     if (counts) gain_j += StoredEnergyOf(cloth.context, cloth.context.scratch.state) - start_j;
-    allowed_j += limit_of(cloth).Allowed_j(change.start_kinetic_j, start_j);
+    allowed_j += limit_of(cloth).Allowed_j(start_kinetic_j, start_j);
   }
   return !std::isfinite(gain_j) || gain_j > allowed_j;
 }
