@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstdio>
 #include <filesystem>
 #include <sstream>
@@ -247,8 +248,39 @@ TEST(PulledTableclothTest, TheBallStaysOnTheTable) {
   }
 }
 
+// A shawl lies on the shoulder of a suit, which hangs on a body: layers of two kinds, a grid and a
+// mesh, neither of which passes into the other. What crosses in the mesh as it is drawn comes free.
+TEST(SuitTest, LayersTouchAndDoNotCross) {
+  const double duration_s = 0.7;
+  const ordered_json report =
+      RunForReport(Example("suit.json"), {"--duration=" + std::to_string(duration_s)});
+  ASSERT_EQ(report["cloths"].size(), 2u);
+  const ordered_json& suit = report["cloths"][0];
+  const ordered_json& shawl = report["cloths"][1];
+  EXPECT_EQ(suit["particles"], 2499);
+  EXPECT_EQ(suit["mesh_repair"]["turned_triangles"], 160);
+  EXPECT_EQ(suit["warnings"]["starts_crossing"], 3);
+  EXPECT_EQ(suit["start_correction"]["described_error"], 0.0);
+  EXPECT_LT(suit["start_correction"]["start_error"].get<double>(), 0.002);
+  EXPECT_EQ(shawl["warnings"], ordered_json::object());
+  for (const ordered_json* cloth : {&suit, &shawl}) {
+    EXPECT_EQ((*cloth)["faulted"], false);
+    for (const ordered_json& sample : (*cloth)["samples"]) {
+      const bool is_coming_free = cloth == &suit && sample["step"].get<int>() <= 10;
+      EXPECT_LE(sample["crossings"].get<int>(), is_coming_free ? 5 : 0) << sample["step"];
+      EXPECT_LT(sample["max_strain"].get<double>(), 0.1) << sample["step"];
+      EXPECT_LT(sample["strain_p99"].get<double>(), 0.03) << sample["step"];
+    }
+  }
+  const ordered_json& last = shawl["samples"].back();
+  EXPECT_GT(last["near_pairs"].get<int>(), 100);
+  EXPECT_LT(last["contacts"].get<int>(), 10) << "it lies on the suit, not on the body";
+  const double fallen_freely_j = 0.3 * 0.2 * 1.2 / 2 * std::pow(9.81 * duration_s, 2);
+  EXPECT_LT(last["kinetic_energy_j"].get<double>(), 0.01 * fallen_freely_j);
+}
+
 TEST(ExampleFilesTest, EveryFileIsTested) {
-  std::set<std::string> tested;
+  std::set<std::string> tested = {"suit"};
   for (const ExampleCase& example : kExamples) tested.insert(example.name);
   std::set<std::string> present;
   for (const auto& entry : fs::directory_iterator(Example(""))) {
