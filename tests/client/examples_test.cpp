@@ -250,6 +250,7 @@ TEST(PulledTableclothTest, TheBallStaysOnTheTable) {
 
 // A shawl lies on the shoulder of a suit, which hangs on a body: layers of two kinds, a grid and a
 // mesh, neither of which passes into the other. What crosses in the mesh as it is drawn comes free.
+// No edge above 10 %, and all but one in a hundred below 3: the bars for clothes drawn on a body.
 TEST(SuitTest, LayersTouchAndDoNotCross) {
   const double duration_s = 0.7;
   const ordered_json report =
@@ -275,6 +276,7 @@ TEST(SuitTest, LayersTouchAndDoNotCross) {
   const ordered_json& last = shawl["samples"].back();
   EXPECT_GT(last["near_pairs"].get<int>(), 100);
   EXPECT_LT(last["contacts"].get<int>(), 10) << "it lies on the suit, not on the body";
+  // Its mass from the scene: 0.3 kg/m^2 on 0.2 m by 1.2 m.
   const double fallen_freely_j = 0.3 * 0.2 * 1.2 / 2 * std::pow(9.81 * duration_s, 2);
   EXPECT_LT(last["kinetic_energy_j"].get<double>(), 0.01 * fallen_freely_j);
 }
