@@ -5,6 +5,7 @@
 #include <variant>
 
 #include "server/api/geometry_message.h"
+#include "server/api/joint_message.h"
 #include "server/api/topology_validation.h"
 #include "server/scene/description_checks.h"
 #include "server/scene/distance_map.h"
@@ -208,6 +209,14 @@ std::vector<Collider> CheckColliders(
     }
     result.push_back(CheckShape(here, colliders[k], limits.collider_mesh, violations));
     CheckMass(here, colliders[k], result.back(), violations);
+    const auto index = static_cast<uint32_t>(k), count = static_cast<uint32_t>(colliders.size());
+    const FieldPath joints_path = here.Child("joints");
+    result.back().joints =
+        CheckJoints(joints_path, colliders[k].joints(), index, count, violations);
+    violations.Require(colliders[k].joints().empty() || result.back().is_body(), joints_path, [] {
+      return "belong to bodies: set mass_kg or density_kg_per_m3, or give the joint to the other "
+             "side";
+    });
   }
   return result;
 }
@@ -217,6 +226,7 @@ v1::Collider ToProto(const Collider& collider) {
   std::visit([&](const auto& shape) { Fill(shape, collider.pose, message); }, collider.shape);
   if (collider.density_kg_per_m3 > 0) message.set_density_kg_per_m3(collider.density_kg_per_m3);
   if (collider.mass_kg > 0) message.set_mass_kg(collider.mass_kg);
+  for (const BodyJoint& joint : collider.joints) *message.add_joints() = ToProto(joint);
   return message;
 }
 

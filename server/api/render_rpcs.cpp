@@ -45,12 +45,12 @@ Result<render::PictureContent> ToContent(const PictureCall& picture, Result<Clot
     const auto description = cloth->description();
     render::DrawnCloth drawn{description->model, cloth->placement, {}};
     if (picture.has_colliders) {
-      colliders += description->parameters.colliders.size();
+      drawn.colliders = DrawnColliders(*cloth);
+      colliders += drawn.colliders.size();
       if (colliders > limits.max_colliders_per_picture) {
         return render::PictureTooLarge("max_colliders_per_picture", colliders,
                                        limits.max_colliders_per_picture);
       }
-      drawn.colliders = CollidersNow(*cloth);
     }
     content.cloths.push_back(std::move(drawn));
   }

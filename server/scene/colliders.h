@@ -13,7 +13,9 @@
 #include <span>
 #include <string_view>
 #include <variant>
+#include <vector>
 
+#include "server/scene/body_joint.h"
 #include "server/scene/description.h"
 #include "server/scene/rigid_motion.h"
 #include "server/scene/surface_distance.h"
@@ -95,6 +97,7 @@ struct Collider {
   // contacts move. Not of a plane.
   double density_kg_per_m3 = 0;
   double mass_kg = 0;
+  std::vector<BodyJoint> joints{};  // of a body
 
   ShapeKind kind() const { return static_cast<ShapeKind>(shape.index()); }
   bool is_body() const { return density_kg_per_m3 > 0 || mass_kg > 0; }

@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "server/core/check.h"
+#include "server/scene/ropes.h"
 #include "server/solver/load.h"
 #include "server/solver/surface_fields.h"
 
@@ -103,6 +104,13 @@ ClothParameters InClothFrame(const ClothParameters& parameters, const Placement&
   ClothParameters shifted = parameters;
   for (Collider& collider : shifted.colliders) {
     collider.pose.position_m = placement.ClothFromEnvironment(collider.pose.position_m);
+    for (BodyJoint& joint : collider.joints) {
+      joint.point_m = placement.ClothFromEnvironment(joint.point_m);
+      joint.other_point_m = placement.ClothFromEnvironment(joint.other_point_m);
+      for (Eigen::Vector3d& pulley_m : joint.pulleys_m) {
+        pulley_m = placement.ClothFromEnvironment(pulley_m);
+      }
+    }
   }
   for (RigidMotion& motion : shifted.collider_motions) {
     motion.pivot_m = placement.ClothFromEnvironment(motion.pivot_m);
@@ -127,12 +135,14 @@ std::vector<RigidMotion> ColliderMotionsNow(const ClothRecord& cloth) {
   return motions;
 }
 
-std::vector<Collider> CollidersNow(const ClothRecord& cloth) {
+std::vector<Collider> DrawnColliders(const ClothRecord& cloth) {
   const std::vector<RigidMotion> motions = ColliderMotionsNow(cloth);
   std::vector<Collider> colliders = cloth.description()->parameters.colliders;
   // The colliders are being replaced: as described.
   if (motions.size() != colliders.size()) return colliders;
+  const std::vector<Collider> ropes = RopesOf(colliders, motions);
   for (size_t k = 0; k < colliders.size(); ++k) colliders[k] = Moved(colliders[k], motions[k]);
+  colliders.insert(colliders.end(), ropes.begin(), ropes.end());
   return colliders;
 }
 

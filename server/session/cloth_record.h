@@ -214,8 +214,9 @@ void StartColliders(const ClothParameters& in_cloth_frame, ClothRuntime& runtime
 // The present poses and velocities of the colliders, in the environment frame; empty: they rest as
 // described. Any thread.
 std::vector<RigidMotion> ColliderMotionsNow(const ClothRecord& cloth);
-// The collider shapes at their present positions, in the environment frame. Any thread.
-std::vector<Collider> CollidersNow(const ClothRecord& cloth);
+// The collider shapes at their present positions, and the ropes of bodies, in the environment
+// frame. Any thread.
+std::vector<Collider> DrawnColliders(const ClothRecord& cloth);
 
 // Brings a report of the cloth to the frames that clients see.
 ReportShift ShiftOf(const SceneModel& model, const ClothParameters& parameters,

@@ -50,6 +50,7 @@ const ExampleCase kExamples[] = {
     {"moving_colliders", 2, 625, 1200, 0.6},
     {"cylinders", 2, 1681, 2 * 41 * 40, 0.3},
     {"hammock", 1, 1025, 41 * 24 + 40 * 25, 0.3},
+    {"wrecking_ball", 1, 1089, 2 * 33 * 32, 0.3},
     {"many_cloths", 64, 1024, 1984, 0.05},
     {"chain", 1, 41, 40, 0.7},
     {"net", 1, 289, 544, 0.3},
@@ -145,6 +146,28 @@ TEST(DropTest, ClothsLandOnTheCollidersAndNotInThem) {
       EXPECT_LT(last["max_penetration_m"].get<double>(), 0.005) << name << ": the thickness";
     }
   }
+}
+
+// The ball swings on its rope into the sheet, which pushes the flap open; nothing gets longer.
+TEST(WreckingBallTest, SwingsOnItsRopeAndOpensTheFlap) {
+  const ordered_json report =
+      RunForReport(Example("wrecking_ball.json"), {"--duration=2", "--every=1"});
+  double most_m = 0, farthest_m = -3, widest_m = 0;
+  for (const ordered_json& sample : report["cloths"][0]["samples"]) {
+    const ordered_json& colliders = sample["colliders"];
+    const auto place = [&](size_t body, int axis) {
+      return colliders[body]["position_m"][axis].get<double>();
+    };
+    const double to_pulley_m = std::hypot(place(0, 0), place(0, 1) - 2.2, place(0, 2) + 0.8);
+    // From the second pulley to the top of the weight, which stays where it is.
+    most_m = std::max(most_m, to_pulley_m + 2.2 + 1.9);
+    EXPECT_NEAR(place(1, 1), 0.15, 1e-6);
+    farthest_m = std::max(farthest_m, place(0, 2));
+    widest_m = std::max(widest_m, place(2, 2) - 0.55);
+  }
+  EXPECT_LE(most_m, 5.705 + 1e-6);
+  EXPECT_GT(farthest_m, 0);  // beyond where the sheet hung
+  EXPECT_GT(widest_m, 0.05);
 }
 
 // The sample tells where a collider with a mass is, and what it got; not of the others.

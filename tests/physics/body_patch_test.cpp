@@ -58,19 +58,6 @@ Collider Placed(Collider collider, const Vector3d& position_m, const Quaterniond
   return collider;
 }
 
-double EnergyOf(const Scene& scene, const StepReport& report) {
-  double energy = 0;
-  for (const BodyState& state : *report.bodies) {
-    const Collider& collider = scene.parameters.colliders[state.collider];
-    const RigidMotion& motion = state.motion;
-    const Vector3d& rate = motion.angular_velocity_rad_per_s;
-    energy += rate.dot(InertiaOf(collider, motion) * rate) / 2 +
-              MassOf(collider).mass_kg * (motion.velocity_m_per_s.squaredNorm() / 2 -
-                                          scene.parameters.gravity_m_per_s2.dot(motion.position_m));
-  }
-  return energy;
-}
-
 // What falls flat hits in all its points at once: as a ball it leaves with e times its speed and
 // does not turn. The solver's agreement (1e-9 of the speed) is all that is lost.
 TEST_P(BodyPatch, AFlatHitLeavesTheSquareOfRestitution) {
@@ -147,7 +134,7 @@ TEST_P(BodyPatch, NoHitGivesEnergy) {
     double energy = 0, scale = 0;
     for (int step = 0; step < 60; ++step) {
       Step(cloth, scene);
-      const double now = EnergyOf(scene, report_);
+      const double now = EnergyOfBodies(scene, report_);
       double fastest = 0;
       for (const BodyState& state : *report_.bodies) {
         fastest = std::max(fastest, state.motion.angular_velocity_rad_per_s.norm());

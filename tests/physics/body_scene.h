@@ -39,6 +39,20 @@ inline Eigen::Matrix3d InertiaOf(const Collider& collider, const RigidMotion& mo
   return turned * MassOf(collider).inertia * turned.transpose();
 }
 
+// Of the bodies of a report, without rebounds or springs [J].
+inline double EnergyOfBodies(const Scene& scene, const StepReport& report) {
+  double energy = 0;
+  for (const BodyState& state : *report.bodies) {
+    const Collider& collider = scene.parameters.colliders[state.collider];
+    const RigidMotion& motion = state.motion;
+    const Eigen::Vector3d& rate = motion.angular_velocity_rad_per_s;
+    energy += rate.dot(InertiaOf(collider, motion) * rate) / 2 +
+              MassOf(collider).mass_kg * (motion.velocity_m_per_s.squaredNorm() / 2 -
+                                          scene.parameters.gravity_m_per_s2.dot(motion.position_m));
+  }
+  return energy;
+}
+
 class BodyTest : public PhysicsTest {
  protected:
   // The state of the first body after a step.

@@ -26,9 +26,10 @@ class Problems {
   }
   Vector3d Any() { return {Uniform(-1, 1), Uniform(-1, 1), Uniform(-1, 1)}; }
 
-  // Of up to three bodies, boxes of any proportions, whose corners touch something.
-  ContactProblem Next() {
-    const size_t bodies = 1 + random_() % 3;
+  // Of up to three bodies, boxes of any proportions, whose corners touch something. With joints, a
+  // corner of each is tied to one of the body before it, some twice.
+  ContactProblem Next(bool has_joints = false) {
+    const size_t bodies = has_joints ? 2 + random_() % 2 : 1 + random_() % 3;
     ContactProblem problem(bodies);
     std::vector<double> masses;
     std::vector<Matrix3d> roots;
@@ -61,6 +62,18 @@ class Problems {
         contact.free_m_per_s += sign * (linear[b] + angular[b].cross(arm));
       }
       problem.contacts().push_back(contact);
+    }
+    for (size_t b = 1; has_joints && b < bodies; ++b) {
+      ProblemJoint joint;
+      joint.free_m_per_s.setZero();
+      for (const size_t end : {b, b - 1}) {
+        const double sign = end == b ? 1 : -1;
+        const Vector3d arm = sign * halves[end];
+        joint.sides[joint.side_count++] = {end, sign * MobilityOf(masses[end], roots[end], arm)};
+        joint.free_m_per_s += sign * (linear[end] + angular[end].cross(arm));
+      }
+      joint.demanded_m_per_s = 0.1 * Any();
+      for (size_t times = 1 + random_() % 2; times > 0; --times) problem.joints().push_back(joint);
     }
     return problem;
   }
@@ -114,6 +127,46 @@ TEST(ContactProblem, MeetsItsConditions) {
     if (miss > kTolerance) ++late;
   }
   EXPECT_LE(late, 12);
+}
+
+// With joints, too: these have what they demand, and contacts meet their conditions. Both change
+// the momenta by their impulses and nothing else.
+TEST(ContactProblem, MeetsItsConditionsWithJoints) {
+  Problems problems(5);
+  int late = 0;
+  for (int trial = 0; trial < 300; ++trial) {
+    ContactProblem problem = problems.Next(true);
+    const double friction = trial % 3 == 0 ? 0 : problems.Uniform(0, 0.9);
+    problem.SolveByPatches(friction, friction);
+    double scale = ScaleOf(problem), miss = 0;
+    Eigen::VectorXd by_impulses = Eigen::VectorXd::Zero(problem.change().size());
+    const auto add = [&](const ProblemSides& its) {
+      for (size_t s = 0; s < its.side_count; ++s) {
+        by_impulses.segment<6>(static_cast<Eigen::Index>(6 * its.sides[s].body)) +=
+            its.sides[s].mobility.transpose() * its.impulse_n_s;
+      }
+    };
+    for (const ProblemJoint& joint : problem.joints()) {
+      scale = std::max(scale, (joint.free_m_per_s - joint.demanded_m_per_s).norm());
+      add(joint);
+    }
+    for (const ProblemContact& contact : problem.contacts()) {
+      miss = std::max(miss, MissOf(contact, scale));
+      add(contact);
+    }
+    for (const ProblemJoint& joint : problem.joints()) {
+      Vector3d velocity = joint.free_m_per_s;
+      for (size_t s = 0; s < joint.side_count; ++s) {
+        const auto at = static_cast<Eigen::Index>(6 * joint.sides[s].body);
+        velocity += joint.sides[s].mobility * by_impulses.segment<6>(at);
+      }
+      ASSERT_LE((velocity - joint.demanded_m_per_s).norm(), 1e-11 * scale) << trial;
+    }
+    ASSERT_LE((by_impulses - problem.change()).norm(), 1e-12 * problem.change().norm()) << trial;
+    ASSERT_LE(miss, friction == 0 ? kTolerance : 2e-3) << trial;
+    if (miss > kTolerance) ++late;
+  }
+  EXPECT_LE(late, 6);
 }
 
 // Without rebounds the impulses take energy, with any friction.

@@ -51,10 +51,11 @@ Bodies::Bodies(std::span<const Collider> colliders, std::span<const RigidMotion>
     bodies_.push_back({c, RadiusOf(colliders[c], mass.centre_m) + numbers.thickness_m,
                        bodies::ParticleContacts(particle_count, round_off)});
   }
-  const auto is_ball = [](const bodies::PlacedCollider& placed) {
-    return !placed.body || placed.collider->kind() == ShapeKind::kSphere;
+  const auto is_lone_ball = [](const bodies::PlacedCollider& placed) {
+    return !placed.body ||
+           (placed.collider->kind() == ShapeKind::kSphere && placed.collider->joints.empty());
   };
-  if (std::ranges::all_of(placed_, is_ball)) {
+  if (std::ranges::all_of(placed_, is_lone_ball)) {
     points_.emplace_back(placed_);
   } else {
     patches_.emplace_back(placed_);
@@ -81,7 +82,7 @@ void Bodies::Begin(double begin_s, double seconds) {
   }
   for (Body& body : bodies_) body.contacts.Begin();
   for (bodies::PointContacts& points : points_) points.Begin(placed_, numbers_, seconds);
-  for (bodies::PatchContacts& patches : patches_) patches.Begin(seconds);
+  for (bodies::PatchContacts& patches : patches_) patches.Begin(placed_, seconds);
 }
 
 void Bodies::Predict(size_t k, const bodies::Particle& particle, const Vector3d& v) {

@@ -84,7 +84,7 @@ class Bodies {
   std::vector<bodies::PlacedCollider> placed_;  // [collider_count]
   std::vector<Body> bodies_;
   BodyNumbers numbers_;
-  // One of both, or none without bodies: balls touch everything in one point.
+  // One of both, or none without bodies: balls without joints touch everything in one point.
   std::vector<bodies::PointContacts> points_;
   std::vector<bodies::PatchContacts> patches_;
   double seconds_ = 0;

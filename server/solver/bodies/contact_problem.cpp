@@ -1,6 +1,5 @@
 #include "server/solver/bodies/contact_problem.h"
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 
@@ -28,6 +27,11 @@ constexpr int kMostHalvings = 40;
 // A contact slides where its velocity is more than this share of the largest one without impulses
 // [-]. Smaller: what rounding leaves looks like sliding; larger: what slides slowly sticks.
 constexpr double kSliding = 1e-6;
+// Softness of joints in one solution of their equations, whose rows have the length 1, and how
+// often these are solved for what is left [-]. It lets joints say a thing twice. Larger: chains of
+// light bodies that carry heavy ones need more rounds; smaller: rounding decides.
+constexpr double kJointSoftness = 1e-12;
+constexpr int kJointRounds = 3;
 // The largest mobility of a contact along a direction is at most this many times the mean [-].
 constexpr double kMostOfMobility = 3;
 
@@ -76,10 +80,10 @@ Mobility MobilityOf(double mass_kg, const Matrix3d& root, const Vector3d& arm_m)
   return mobility;
 }
 
-Vector3d ContactProblem::VelocityAt(const ProblemContact& contact, const VectorXd& y) const {
-  Vector3d velocity = contact.free_m_per_s;
-  for (size_t s = 0; s < contact.side_count; ++s) {
-    const auto& [body, mobility] = contact.sides[s];
+Vector3d ContactProblem::VelocityAt(const ProblemSides& its, const VectorXd& y) const {
+  Vector3d velocity = its.free_m_per_s;
+  for (size_t s = 0; s < its.side_count; ++s) {
+    const auto& [body, mobility] = its.sides[s];
     const auto index = static_cast<Eigen::Index>(6 * body);
     velocity += mobility * y.segment<6>(index);
   }
@@ -105,6 +109,56 @@ VectorXd ContactProblem::SlopeAt(const VectorXd& y) const {
   return slope;
 }
 
+// Joints demand A y = d. From any y, the least change that does it is Aᵀ λ with A Aᵀ λ = d - A y.
+void ContactProblem::FactorJoints() {
+  if (joints_.empty() || rows_.size() > 0) return;
+  const auto count = static_cast<Eigen::Index>(3 * joints_.size());
+  const auto size = static_cast<Eigen::Index>(6 * body_count_);
+  rows_.setZero(count, size);
+  demanded_.resize(count);
+  for (size_t j = 0; j < joints_.size(); ++j) {
+    const auto at = static_cast<Eigen::Index>(3 * j);
+    for (size_t s = 0; s < joints_[j].side_count; ++s) {
+      const auto& [body, mobility] = joints_[j].sides[s];
+      rows_.block<3, 6>(at, static_cast<Eigen::Index>(6 * body)) += mobility;
+    }
+    demanded_.segment<3>(at) = joints_[j].demanded_m_per_s - joints_[j].free_m_per_s;
+  }
+  row_scales_ = rows_.rowwise().norm().cwiseInverse();
+  rows_.array().colwise() *= row_scales_.array();
+  demanded_.array() *= row_scales_.array();
+  MatrixXd gram = rows_ * rows_.transpose();
+  gram.diagonal().array() += kJointSoftness;
+  gram_.compute(gram);
+  if (contacts_.empty()) return;
+  left_by_joints_ = MatrixXd::Identity(size, size) - rows_.transpose() * gram_.solve(rows_);
+}
+
+VectorXd ContactProblem::JointImpulses(const VectorXd& by_contacts) const {
+  VectorXd impulses = VectorXd::Zero(rows_.rows());
+  for (int round = 0; round < kJointRounds; ++round) {
+    const VectorXd y = by_contacts + rows_.transpose() * impulses;
+    impulses += gram_.solve(demanded_ - rows_ * y);
+  }
+  return impulses;
+}
+
+VectorXd ContactProblem::OnJoints(const VectorXd& by_contacts) const {
+  if (joints_.empty()) return by_contacts;
+  return by_contacts + rows_.transpose() * JointImpulses(by_contacts);
+}
+
+VectorXd ContactProblem::ChangeByContacts() const {
+  VectorXd y = VectorXd::Zero(static_cast<Eigen::Index>(6 * body_count_));
+  for (size_t i = 0; i < contacts_.size(); ++i) {
+    for (size_t s = 0; s < contacts_[i].side_count; ++s) {
+      const auto& [body, mobility] = contacts_[i].sides[s];
+      y.segment<6>(static_cast<Eigen::Index>(6 * body)) += mobility.transpose() * from_[i];
+    }
+  }
+  return y;
+}
+
 // Newton's method: the function is convex and smooth but for the second derivative.
 void ContactProblem::Minimise() {
   const Eigen::Index size = y_.size();
@@ -126,6 +180,12 @@ void ContactProblem::Minimise() {
           hessian.block<6, 6>(at_a, at_b) += weighed * contact.sides[b].mobility;
         }
       }
+    }
+    if (!joints_.empty()) {
+      // Along what joints leave; across it the least.
+      const MatrixXd across = MatrixXd::Identity(size, size) - left_by_joints_;
+      hessian = left_by_joints_ * hessian * left_by_joints_ + across;
+      slope = left_by_joints_ * slope;
     }
     const VectorXd way = -hessian.llt().solve(slope);
     if (way.norm() <= kAgreement / 10 * (y_.norm() + scale_)) {
@@ -152,21 +212,20 @@ void ContactProblem::Solve() {
   from_.resize(contacts_.size());
   shift_.resize(contacts_.size());
   stiffness_.resize(contacts_.size());
-  y_.setZero(static_cast<Eigen::Index>(6 * body_count_));
-  scale_ = 0;
+  FactorJoints();
+  scale_ = OnJoints(VectorXd::Zero(static_cast<Eigen::Index>(6 * body_count_))).norm();
   for (size_t i = 0; i < contacts_.size(); ++i) {
     const ProblemContact& contact = contacts_[i];
     double mobility = 0;
     from_[i] = Project(contact.impulse_n_s, contact.n, contact.friction, false).nearest;
     for (size_t s = 0; s < contact.side_count; ++s) {
-      const auto& [body, its] = contact.sides[s];
-      mobility += its.squaredNorm() / 3;
-      y_.segment<6>(static_cast<Eigen::Index>(6 * body)) += its.transpose() * from_[i];
+      mobility += contact.sides[s].mobility.squaredNorm() / 3;
     }
     stiffness_[i] = 1 / (kSoftness * mobility);
     const Vector3d over = contact.free_m_per_s - contact.least_m_per_s * contact.n;
     scale_ = std::max(scale_, over.norm() / std::sqrt(mobility));
   }
+  y_ = OnJoints(ChangeByContacts());
   const auto update = [&](bool with_impulses) {
     for (size_t i = 0; i < contacts_.size(); ++i) {
       ProblemContact& contact = contacts_[i];
@@ -179,23 +238,27 @@ void ContactProblem::Solve() {
   };
   update(false);
   VectorXd before;
-  for (int round = 0; round < kMostMinimisations; ++round) {
+  for (int round = 0; round < kMostMinimisations && !contacts_.empty(); ++round) {
     before = y_;
     Minimise();
     update(true);
     if ((y_ - before).norm() <= kAgreement * (y_.norm() + scale_)) break;
   }
   // The motion is that of the impulses, also where the rounds did not end.
-  y_.setZero();
-  for (size_t i = 0; i < contacts_.size(); ++i) {
-    ProblemContact& contact = contacts_[i];
-    contact.impulse_n_s = from_[i];
-    for (size_t s = 0; s < contact.side_count; ++s) {
-      const auto& [body, mobility] = contact.sides[s];
-      y_.segment<6>(static_cast<Eigen::Index>(6 * body)) += mobility.transpose() * from_[i];
+  const VectorXd by_contacts = ChangeByContacts();
+  y_ = by_contacts;
+  if (!joints_.empty()) {
+    const VectorXd by_joints = JointImpulses(by_contacts);
+    y_ += rows_.transpose() * by_joints;
+    for (size_t j = 0; j < joints_.size(); ++j) {
+      const auto at = static_cast<Eigen::Index>(3 * j);
+      joints_[j].impulse_n_s = by_joints.segment<3>(at).cwiseProduct(row_scales_.segment<3>(at));
     }
   }
-  for (ProblemContact& contact : contacts_) contact.velocity_m_per_s = VelocityAt(contact, y_);
+  for (size_t i = 0; i < contacts_.size(); ++i) {
+    contacts_[i].impulse_n_s = from_[i];
+    contacts_[i].velocity_m_per_s = VelocityAt(contacts_[i], y_);
+  }
 }
 
 // With the dynamic coefficient a patch is faster than static friction could stop it.
@@ -203,7 +266,7 @@ bool ContactProblem::IsFast(size_t patch, double more_friction) const {
   double fastest = 0, stoppable = 0;
   for (size_t i = 0; i < contacts_.size(); ++i) {
     const ProblemContact& contact = contacts_[i];
-    if (contact.patch != patch) continue;
+    if (!contact.has_friction || contact.patch != patch) continue;
     const double normal = contact.impulse_n_s.dot(contact.n);
     if (normal > 0) fastest = std::max(fastest, SlidingOf(contact));
     stoppable += more_friction * normal * kMostOfMobility / (kSoftness * stiffness_[i]);
@@ -215,12 +278,15 @@ void ContactProblem::SolveByPatches(double friction_static, double friction_dyna
   double fastest = 0;
   for (ProblemContact& contact : contacts_) {
     contact.friction = contact.slides ? friction_dynamic : friction_static;
+    if (!contact.has_friction) contact.friction = 0;
     const Vector3d over = contact.free_m_per_s - contact.least_m_per_s * contact.n;
     fastest = std::max(fastest, over.norm());
   }
   const auto set = [&](bool slides, const std::vector<size_t>& patches) {
     for (ProblemContact& contact : contacts_) {
-      if (std::ranges::find(patches, contact.patch) == patches.end()) continue;
+      if (!contact.has_friction || std::ranges::find(patches, contact.patch) == patches.end()) {
+        continue;
+      }
       contact.slides = slides;
       contact.friction = slides ? friction_dynamic : friction_static;
     }
@@ -228,7 +294,8 @@ void ContactProblem::SolveByPatches(double friction_static, double friction_dyna
   Solve();
   if (friction_dynamic == friction_static) return;
   const auto slides_now = [&](const ProblemContact& contact) {
-    return contact.impulse_n_s.dot(contact.n) > 0 && SlidingOf(contact) > kSliding * fastest;
+    return contact.has_friction && contact.impulse_n_s.dot(contact.n) > 0 &&
+           SlidingOf(contact) > kSliding * fastest;
   };
   // Those that slid before and are slow may stick now.
   std::vector<size_t> slow;
@@ -254,7 +321,24 @@ double ContactProblem::EnergyGiven() const {
   for (const ProblemContact& contact : contacts_) {
     energy += contact.impulse_n_s.dot(contact.free_m_per_s);
   }
+  for (const ProblemJoint& joint : joints_) energy += joint.impulse_n_s.dot(joint.free_m_per_s);
   return energy;
+}
+
+bool ContactProblem::IsSolved() const {
+  double fastest = 0, largest_error = 0;
+  for (const ProblemJoint& joint : joints_) {
+    const Vector3d& demanded = joint.demanded_m_per_s;
+    fastest = std::max(fastest, (joint.free_m_per_s - demanded).norm());
+    largest_error = std::max(largest_error, (VelocityAt(joint, y_) - demanded).norm());
+  }
+  for (const ProblemContact& contact : contacts_) {
+    const Vector3d demanded = contact.least_m_per_s * contact.n;
+    fastest = std::max(fastest, (contact.free_m_per_s - demanded).norm());
+    const double along = contact.velocity_m_per_s.dot(contact.n);
+    largest_error = std::max(largest_error, contact.least_m_per_s - along);
+  }
+  return largest_error <= kSliding * fastest;
 }
 
 void ContactProblem::LimitEnergy(double allowed) {
@@ -266,6 +350,7 @@ void ContactProblem::LimitEnergy(double allowed) {
     contact.impulse_n_s *= share;
     contact.velocity_m_per_s = VelocityAt(contact, y_);
   }
+  for (ProblemJoint& joint : joints_) joint.impulse_n_s *= share;
 }
 
 }  // namespace drape::bodies

@@ -22,8 +22,23 @@ constexpr double kSlackOfReach = 1e-10;
 constexpr double kSlackRoundOffs = 64;
 // Most rounds in which turns of the bodies and impulses are brought together [-].
 constexpr int kMostRounds = 6;
+// Impulses of joints that act where the substep starts make the mean motion faster by 1/cos(a/2) of
+// a turn by a; they have lost hold of what they make faster than this [-]: 0.93 rad.
+constexpr double kMostEnergyOfJoints = 1.25;
 // Energy that the solver's agreement may add, of what the impulses do [-].
 constexpr double kEnergyRounding = 1e-9;
+
+// Of all bodies that are under way [J].
+double KineticEnergyOf(const std::vector<PlacedCollider>& placed) {
+  double energy = 0;
+  for (const PlacedCollider& each : placed) {
+    if (!each.body) continue;
+    const Vector3d& rate = each.body->motion().angular_velocity_rad_per_s;
+    energy += each.body->mass_kg() * each.body->motion().velocity_m_per_s.squaredNorm() / 2 +
+              each.body->angular_momentum().dot(rate) / 2;
+  }
+  return energy;
+}
 
 // Nothing of its own but the centre touches.
 bool IsBall(const Collider& collider) {
@@ -41,7 +56,8 @@ double LargestShare(double a, double b, double c) {
 
 }  // namespace
 
-PatchContacts::PatchContacts(const std::vector<PlacedCollider>& placed) : given_(placed.size()) {
+PatchContacts::PatchContacts(const std::vector<PlacedCollider>& placed)
+    : joints_(placed), given_(placed.size()) {
   for (const PlacedCollider& each : placed) {
     const BodyPoints& points = points_.emplace_back(PointsOf(*each.collider));
     double reach = 0;
@@ -58,7 +74,7 @@ PatchContacts::PatchContacts(const std::vector<PlacedCollider>& placed) : given_
   };
   for (size_t a = 0; a < placed.size(); ++a) {
     for (size_t b = a + 1; b < placed.size(); ++b, ++patch) {
-      if (!placed[a].body && !placed[b].body) continue;
+      if ((!placed[a].body && !placed[b].body) || joints_.AreTied(a, b)) continue;
       const bool is_a_ball = IsBall(*placed[a].collider), is_b_ball = IsBall(*placed[b].collider);
       if (is_a_ball || !is_b_ball) add(a, b);
       if (!is_a_ball) add(b, a);
@@ -66,8 +82,9 @@ PatchContacts::PatchContacts(const std::vector<PlacedCollider>& placed) : given_
   }
 }
 
-void PatchContacts::Begin(double seconds) {
+void PatchContacts::Begin(const std::vector<PlacedCollider>& placed, double seconds) {
   seconds_ = seconds;
+  joints_.Begin(placed, seconds);
   solved_.clear();
   for (Contact& contact : contacts_) {
     contact.touches = false;
@@ -121,7 +138,7 @@ double PatchContacts::SlackOf(const std::vector<PlacedCollider>& placed, const F
 
 bool PatchContacts::Look(const std::vector<PlacedCollider>& placed, When when) {
   for (Face& face : faces_) LookAt(placed, when, face);
-  bool is_off = false;
+  bool is_off = joints_.Look(placed, when);
   for (Contact& contact : contacts_) {
     const Face& face = faces_[contact.face];
     contact.touches &= !face.is_never_near;
@@ -143,26 +160,50 @@ double PatchContacts::Solve(std::vector<PlacedCollider>& placed, const BodyNumbe
   if (!has_changed) return 0;
   std::vector<RigidMotion> before;
   for (const PlacedCollider& each : placed) before.push_back(each.end);
-  for (int round = 0; round < kMostRounds; ++round) {
-    const bool is_off = Look(placed, When::kSubstep);
-    // What others have pushed since may want less of what holds, or more friction.
-    if (round > 0 && !is_off) break;
-    Resolve(placed, numbers, When::kSubstep);
+  const bool is_first = solved_.empty();
+  const double kinetic = KineticEnergyOf(placed);
+  const bool is_settled = Settle(placed, numbers);
+  const bool is_too_fast = KineticEnergyOf(placed) > kMostEnergyOfJoints * kinetic;
+  if (is_first && !joints_.joints().empty() && (!is_settled || is_too_fast)) {
+    joints_.ActAtEnds();
+    Settle(placed, numbers);
   }
   solved_.clear();
   for (const PlacedCollider& each : placed) solved_.push_back(each.end);
+  return LargestChange(before);
+}
+
+bool PatchContacts::Settle(std::vector<PlacedCollider>& placed, const BodyNumbers& numbers) {
+  for (int round = 0; round < kMostRounds; ++round) {
+    const bool is_off = Look(placed, When::kSubstep);
+    // What others have pushed since may want less of what holds, or more friction.
+    if (round > 0 && !is_off) return true;
+    Resolve(placed, numbers, When::kSubstep);
+  }
+  return !joints_.Look(placed, When::kSubstep);
+}
+
+double PatchContacts::LargestChange(const std::vector<RigidMotion>& before) const {
+  const auto change = [&](size_t c, const Vector3d& arm) -> Vector3d {
+    return solved_[c].velocity_m_per_s - before[c].velocity_m_per_s +
+           (solved_[c].angular_velocity_rad_per_s - before[c].angular_velocity_rad_per_s)
+               .cross(arm);
+  };
   double largest_change = 0;
   for (const Contact& contact : contacts_) {
     if (!contact.touches) continue;
-    const auto change = [&](size_t c, const Vector3d& arm) -> Vector3d {
-      return solved_[c].velocity_m_per_s - before[c].velocity_m_per_s +
-             (solved_[c].angular_velocity_rad_per_s - before[c].angular_velocity_rad_per_s)
-                 .cross(arm);
-    };
     const Face& face = faces_[contact.face];
     const Vector3d relative =
         change(face.solid, contact.arm_of_solid) - change(face.other, contact.arm_of_other);
     largest_change = std::max(largest_change, relative.norm());
+  }
+  for (const BodyJoints::Joint& joint : joints_.joints()) {
+    if (!joint.acts) continue;
+    Vector3d across = Vector3d::Zero();
+    for (const BodyJoints::End& end : joint.ends) {
+      if (end.collider) across += end.push.transpose() * change(*end.collider, end.arm_m);
+    }
+    largest_change = std::max(largest_change, across.norm());
   }
   return largest_change;
 }
@@ -198,7 +239,7 @@ void PatchContacts::FindRebounds(const std::vector<PlacedCollider>& placed,
   }
 }
 
-std::vector<PatchContacts::Momentum> PatchContacts::Sums() const {
+std::vector<Momentum> PatchContacts::Sums() const {
   std::vector<Momentum> sums(given_.size());
   for (const Contact& contact : contacts_) {
     const Face& face = faces_[contact.face];
@@ -207,6 +248,7 @@ std::vector<PatchContacts::Momentum> PatchContacts::Sums() const {
     sums[face.other].linear -= contact.impulse;
     sums[face.other].angular += contact.moment_on_other;
   }
+  joints_.AddTo(sums);
   return sums;
 }
 
@@ -219,6 +261,7 @@ void PatchContacts::Resolve(std::vector<PlacedCollider>& placed, const BodyNumbe
       speeds_along.push_back(along);
     }
   }
+  joints_.FindDemands(placed, when);
   // In the end what changes acts where the bodies are then; what has moved them keeps its moments,
   // so that of two bodies their angular momentum together stays.
   if (when == When::kEnd) FindMoments();
@@ -236,7 +279,7 @@ void PatchContacts::Resolve(std::vector<PlacedCollider>& placed, const BodyNumbe
       contact.least_m_per_s = speeds_along[i] - (contact.gap - contact.floor) / seconds_;
     }
   }
-  for (const std::vector<size_t>& island : Islands(placed)) {
+  for (const Island& island : Islands(placed)) {
     ResolveIsland(placed, island, pushed, numbers, when);
   }
   FindMoments();
@@ -249,59 +292,71 @@ void PatchContacts::FindMoments() {
     contact.moment_on_solid = contact.arm_of_solid.cross(contact.impulse);
     contact.moment_on_other = -contact.arm_of_other.cross(contact.impulse);
   }
+  joints_.FindMoments();
 }
 
-std::vector<std::vector<size_t>> PatchContacts::Islands(
+std::vector<PatchContacts::Island> PatchContacts::Islands(
     const std::vector<PlacedCollider>& placed) const {
   std::vector<size_t> island_of(placed.size());
   std::iota(island_of.begin(), island_of.end(), size_t{0});
-  for (const Contact& contact : contacts_) {
-    const Face& face = faces_[contact.face];
-    if (!contact.touches || !placed[face.solid].body || !placed[face.other].body) continue;
-    const size_t kept = island_of[face.solid], gone = island_of[face.other];
+  const auto tie = [&](size_t a, size_t b) {
+    if (!placed[a].body || !placed[b].body) return;
+    const size_t kept = island_of[a], gone = island_of[b];
     std::ranges::replace(island_of, gone, kept);
+  };
+  for (const Contact& contact : contacts_) {
+    if (contact.touches) tie(faces_[contact.face].solid, faces_[contact.face].other);
   }
-  std::vector<std::vector<size_t>> islands(placed.size());
+  const std::span<const BodyJoints::Joint> joints = joints_.joints();
+  for (const BodyJoints::Joint& joint : joints) {
+    if (joint.acts && joint.ends[1].collider) tie(*joint.ends[0].collider, *joint.ends[1].collider);
+  }
+  std::vector<Island> islands(placed.size());
   for (size_t i = 0; i < contacts_.size(); ++i) {
     const Face& face = faces_[contacts_[i].face];
     const size_t body = placed[face.solid].body ? face.solid : face.other;
-    if (contacts_[i].touches) islands[island_of[body]].push_back(i);
+    if (contacts_[i].touches) islands[island_of[body]].contacts.push_back(i);
   }
-  std::erase_if(islands, [](const std::vector<size_t>& island) { return island.empty(); });
+  for (size_t j = 0; j < joints.size(); ++j) {
+    if (joints[j].acts) islands[island_of[*joints[j].ends[0].collider]].joints.push_back(j);
+  }
+  std::erase_if(islands, [](const Island& island) {
+    return island.contacts.empty() && island.joints.empty();
+  });
   return islands;
 }
 
 // A hit adds no energy to what the bodies had when the substep began and what others have given
 // them since: it is the plastic one and as much of the rebound as that allows (friction and
 // rebounds together, and corners that turn within the substep, may ask for more).
-void PatchContacts::ResolveIsland(const std::vector<PlacedCollider>& placed,
-                                  const std::vector<size_t>& island,
+void PatchContacts::ResolveIsland(const std::vector<PlacedCollider>& placed, const Island& island,
                                   const std::vector<Momentum>& pushed, const BodyNumbers& numbers,
                                   When when) {
   std::vector<size_t> bodies;
   std::vector<Eigen::Matrix3d> roots;
-  for (const size_t i : island) {
-    const Face& face = faces_[contacts_[i].face];
-    for (const size_t c : {face.solid, face.other}) {
-      if (!placed[c].body || std::ranges::find(bodies, c) != bodies.end()) continue;
+  // Adds what it does to collider c, if that is a body.
+  const auto add_side = [&](ProblemSides& its, size_t c, const Vector3d& arm,
+                            const Eigen::Matrix3d& push) {
+    if (!placed[c].body) return;
+    const RigidBody& body = *placed[c].body;
+    const auto index = static_cast<size_t>(std::ranges::find(bodies, c) - bodies.begin());
+    if (index == bodies.size()) {
       bodies.push_back(c);
-      roots.push_back(placed[c].body->inverse_inertia().llt().matrixL());
+      roots.push_back(body.inverse_inertia().llt().matrixL());
     }
-  }
-  ContactProblem problem(bodies.size());
+    its.sides[its.side_count++] = {
+        index, push.transpose() * MobilityOf(body.mass_kg(), roots[index], arm)};
+  };
+  const Eigen::Matrix3d along = Eigen::Matrix3d::Identity(), against = -along;
+  std::vector<ProblemContact> contacts;
+  std::vector<ProblemJoint> joints;
   bool rebounds = false;
-  for (const size_t i : island) {
+  for (const size_t i : island.contacts) {
     const Contact& contact = contacts_[i];
     const Face& face = faces_[contact.face];
-    ProblemContact& its = problem.contacts().emplace_back();
-    const auto add_side = [&](size_t c, const Vector3d& arm, double sign) {
-      if (!placed[c].body) return;
-      const auto index = static_cast<size_t>(std::ranges::find(bodies, c) - bodies.begin());
-      const double mass_kg = placed[c].body->mass_kg();
-      its.sides[its.side_count++] = {index, sign * MobilityOf(mass_kg, roots[index], arm)};
-    };
-    add_side(face.solid, contact.arm_of_solid, 1);
-    add_side(face.other, contact.arm_of_other, -1);
+    ProblemContact& its = contacts.emplace_back();
+    add_side(its, face.solid, contact.arm_of_solid, along);
+    add_side(its, face.other, contact.arm_of_other, against);
     its.n = contact.n;
     its.free_m_per_s = VelocityOf(placed, contact);
     its.least_m_per_s = when == When::kEnd ? contact.rebound_m_per_s : contact.least_m_per_s;
@@ -310,9 +365,26 @@ void PatchContacts::ResolveIsland(const std::vector<PlacedCollider>& placed,
     its.slides = contact.slides;
     rebounds |= when == When::kEnd && contact.rebound_m_per_s > 0;
   }
+  for (const size_t j : island.joints) {
+    const BodyJoints::Joint& joint = joints_.joints()[j];
+    ProblemSides sides;
+    for (const BodyJoints::End& end : joint.ends) {
+      if (end.collider) add_side(sides, *end.collider, end.arm_m, end.push);
+    }
+    sides.free_m_per_s = joints_.VelocityOf(placed, joint);
+    sides.impulse_n_s = joint.guesses[static_cast<size_t>(when)];
+    if (joint.described->is_rope()) {
+      contacts.push_back({sides, Vector3d::UnitX(), joint.demanded_m_per_s.x(), false});
+    } else {
+      joints.push_back({sides, joint.demanded_m_per_s});
+    }
+  }
+  ContactProblem problem(bodies.size());
+  problem.contacts() = std::move(contacts);
+  problem.joints() = std::move(joints);
   problem.SolveByPatches(numbers.friction_static, numbers.friction_dynamic);
   double share = 1;
-  if (!rebounds) {
+  if (!rebounds && (island.joints.empty() || !problem.IsSolved())) {
     // What starts inside another one may be moved out.
     double allowed = kEnergyRounding * problem.change().squaredNorm();
     for (const size_t c : bodies) {
@@ -320,6 +392,20 @@ void PatchContacts::ResolveIsland(const std::vector<PlacedCollider>& placed,
       allowed += placed[c].body->mass_kg() * std::pow(kMaxDepenetrationSpeed_m_per_s, 2);
     }
     problem.LimitEnergy(allowed);
+  }
+  if (when == When::kSubstep && joints_.acts_at_ends()) {
+    // The nearest place where joints are closed is no farther than the start: the motion there is
+    // at most twice as fast as without joints.
+    const double speed_sq =
+        std::pow(joints_.SpeedOfHolders(placed), 2) + std::pow(kMaxDepenetrationSpeed_m_per_s, 2);
+    double kinetic = 0;
+    for (const size_t c : bodies) {
+      const RigidBody& body = *placed[c].body;
+      const Vector3d& rate = body.motion().angular_velocity_rad_per_s;
+      kinetic += body.mass_kg() * (body.motion().velocity_m_per_s.squaredNorm() + speed_sq) / 2 +
+                 body.angular_momentum().dot(rate) / 2;
+    }
+    problem.LimitEnergy(3 * kinetic);
   }
   ContactProblem plastic = problem;
   if (rebounds) {
@@ -343,12 +429,26 @@ void PatchContacts::ResolveIsland(const std::vector<PlacedCollider>& placed,
       share = LargestShare(a, problem.EnergyGiven() - room - a - c, c);
     }
   }
-  for (size_t k = 0; k < island.size(); ++k) {
-    Contact& contact = contacts_[island[k]];
-    contact.impulse =
-        (1 - share) * plastic.contacts()[k].impulse_n_s + share * problem.contacts()[k].impulse_n_s;
-    contact.guesses[static_cast<size_t>(when)] = contact.impulse;
+  const auto impulse_of = [&](const auto& of_problem, const auto& of_plastic) -> Vector3d {
+    return (1 - share) * of_plastic.impulse_n_s + share * of_problem.impulse_n_s;
+  };
+  size_t k = 0, point_joint = 0;
+  for (; k < island.contacts.size(); ++k) {
+    Contact& contact = contacts_[island.contacts[k]];
+    contact.impulse = contact.guesses[static_cast<size_t>(when)] =
+        impulse_of(problem.contacts()[k], plastic.contacts()[k]);
     contact.slides = problem.contacts()[k].slides;
+  }
+  for (const size_t j : island.joints) {
+    Vector3d impulse;
+    if (joints_.joints()[j].described->is_rope()) {
+      impulse = impulse_of(problem.contacts()[k], plastic.contacts()[k]);
+      ++k;
+    } else {
+      impulse = impulse_of(problem.joints()[point_joint], plastic.joints()[point_joint]);
+      ++point_joint;
+    }
+    joints_.SetImpulse(j, impulse, when);
   }
 }
 

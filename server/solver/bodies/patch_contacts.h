@@ -1,5 +1,5 @@
-// Contacts of bodies of any shape with colliders and with each other, all those of touching bodies
-// at once (contact_problem.h).
+// Contacts of bodies of any shape with colliders and with each other, and their joints: those of
+// all bodies that touch or hang together at once (contact_problem.h).
 #pragma once
 
 #include <Eigen/Core>
@@ -7,9 +7,11 @@
 #include <cstddef>
 #include <vector>
 
+#include "server/solver/bodies/body_joints.h"
 #include "server/solver/bodies/body_numbers.h"
 #include "server/solver/bodies/body_points.h"
 #include "server/solver/bodies/contact_problem.h"
+#include "server/solver/bodies/momentum.h"
 #include "server/solver/bodies/placed_collider.h"
 #include "server/solver/step_impulses.h"
 
@@ -23,14 +25,14 @@ class PatchContacts {
   explicit PatchContacts(const std::vector<PlacedCollider>& placed);
 
   // A substep begins: nothing touches.
-  void Begin(double seconds);
-  // What nothing goes through at the end of the substep. Returns the largest change of the velocity
-  // of a body where it touches [m/s].
+  void Begin(const std::vector<PlacedCollider>& placed, double seconds);
+  // What nothing goes through at the end of the substep, and joints hold. Returns the largest
+  // change of the velocity of a body where it touches or hangs [m/s].
   double Solve(std::vector<PlacedCollider>& placed, const BodyNumbers& numbers);
   // At the end of the substep: velocities after all impulses of the substep, rebounds included.
   void Correct(std::vector<PlacedCollider>& placed, const BodyNumbers& numbers);
 
-  // What bodies gave to each collider so far, about its centre or pivot.
+  // What bodies and joints gave to each collider so far, about its centre or pivot.
   const std::vector<ColliderImpulse>& given() const { return given_; }
 
  private:
@@ -61,14 +63,14 @@ class PatchContacts {
     bool slides = false;
     std::array<Eigen::Vector3d, 2> guesses{Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero()};
   };
-  struct Momentum {
-    Eigen::Vector3d linear = Eigen::Vector3d::Zero();
-    Eigen::Vector3d angular = Eigen::Vector3d::Zero();
+  // What touches or hangs together.
+  struct Island {
+    std::vector<size_t> contacts;
+    std::vector<size_t> joints;
   };
-  enum class When : size_t { kSubstep, kEnd };
 
-  // Where contacts are, at the end of the substep. Returns whether one breaks its floor, or holds
-  // apart what is apart.
+  // Where contacts and joints are, at the end of the substep. Returns whether a contact breaks its
+  // floor or holds apart what is apart, or a joint is off.
   bool Look(const std::vector<PlacedCollider>& placed, When when);
   void LookAt(const std::vector<PlacedCollider>& placed, When when, Face& face);
   double SlackOf(const std::vector<PlacedCollider>& placed, const Face& face) const;
@@ -79,15 +81,19 @@ class PatchContacts {
 
   // Of all impulses at the present arms.
   void FindMoments();
-  // Sums of the impulses of all contacts, by collider.
+  // Sums of the impulses of all contacts and joints, by collider.
   std::vector<Momentum> Sums() const;
+  // Rounds of Look and Resolve until nothing is off. Returns whether joints are where they must be.
+  bool Settle(std::vector<PlacedCollider>& placed, const BodyNumbers& numbers);
   // Takes all impulses away, finds new ones, applies them.
   void Resolve(std::vector<PlacedCollider>& placed, const BodyNumbers& numbers, When when);
-  // Touching contacts, by groups of bodies that touch each other.
-  std::vector<std::vector<size_t>> Islands(const std::vector<PlacedCollider>& placed) const;
-  void ResolveIsland(const std::vector<PlacedCollider>& placed, const std::vector<size_t>& island,
+  std::vector<Island> Islands(const std::vector<PlacedCollider>& placed) const;
+  void ResolveIsland(const std::vector<PlacedCollider>& placed, const Island& island,
                      const std::vector<Momentum>& pushed, const BodyNumbers& numbers, When when);
+  // The largest change across contacts and joints since the motions `before` [m/s].
+  double LargestChange(const std::vector<RigidMotion>& before) const;
 
+  BodyJoints joints_;
   std::vector<BodyPoints> points_;  // [collider_count]
   std::vector<double> reaches_m_;   // [collider_count] of its points, from its pivot
   std::vector<Face> faces_;
