@@ -66,15 +66,17 @@
 // Words of a regular strip in a model: where its links begin and end, first particle, stride from
 // one particle to the next modulo 2^32, rest length of each link [m].
 #define DRAPE_REGULAR_STRIP_WORDS 5
-// Invocations that solve strips together, each with a particle or a pair of them; the most
-// particles of such a strip.
+// Invocations that solve strips together, each with a particle or four of them; the most particles
+// of such a strip.
 #define DRAPE_STRIP_LANES 32u
-#define DRAPE_STRIP_LANE_LEVELS 5u  // of reduction, after which each link is alone
+// Levels of reduction after which each link is alone; with four particles per lane.
+#define DRAPE_STRIP_LANE_LEVELS 5u
+#define DRAPE_STRIP_QUAD_LEVELS 3u
 // Words of a lane in a model: particle | its place in the strip << 10 | links of the strip << 15,
 // or 0 if the lane has none; the place of its link in the lists of links, at the last particle of
-// any link. With pairs: first particle | second particle << 10 | place of the lane in the strip <<
-// 20 | links of the strip << 25; the place of its first link. The last lane may have one particle,
-// then twice.
+// any link. With four particles: first | second << 10 | third << 20; fourth | 1 + its place in the
+// strip << 10 | lanes of the strip - 1 << 16 | the place of the strip's first link << 19. The first
+// lane may have fewer: it begins with the strip's first particle several times.
 #define DRAPE_STRIP_LANE_WORDS 2u
 // Invocations that hand each other values through shared memory at most; more would not fit into it
 // beside 1024 particles.

@@ -63,7 +63,7 @@ Progress LoadProgress(uint status) {
 }
 
 void SaveCloth() {
-  FOR_EACH(i, 0u, cloth.particle_count) {
+  FOR_EACH_PARTICLE(i) {
     SetScratchVector(cloth.scratch.work_positions + 3u * i, Position(i));
     SetScratchVector(cloth.scratch.work_velocities + 3u * i, Velocity(i));
 #ifdef HAS_TWO_STEPS
@@ -111,7 +111,7 @@ void LoadParticle(uint i) {
 }
 
 void LoadCloth(uint status) {
-  FOR_EACH(i, 0u, cloth.particle_count) LoadParticle(i);
+  FOR_EACH_PARTICLE(i) LoadParticle(i);
   if (gl_LocalInvocationID.x == 0u) {
     shared_fault = 0u;
 #ifdef HAS_TWO_FRICTIONS
@@ -138,7 +138,7 @@ void FindRange() {
   if (gl_LocalInvocationID.x == 0u) shared_far_colliders = 0u;
   PhaseBarrier();
   Spread spread = NoSpread();
-  FOR_EACH(i, 0u, cloth.particle_count) SpreadOver(i, spread);
+  FOR_EACH_PARTICLE(i) SpreadOver(i, spread);
   FOR_EACH(k, 0u, cloth.pin_count) SpreadOverPin(k, spread);
   AddToSharedRange(spread);
   PhaseBarrier();
@@ -167,7 +167,7 @@ void FindReach(uint status, bool has_begun) {
 
 #if defined(HAS_APPLY_SPRINGS) || defined(HAS_SPRING_FORCES)
 void StoreSpringAccelerations(uint place) {
-  FOR_EACH(i, 0u, cloth.particle_count) StoreSpringAcceleration(i, place);
+  FOR_EACH_PARTICLE(i) StoreSpringAcceleration(i, place);
   PhaseBarrier();
 }
 #endif
@@ -175,7 +175,7 @@ void StoreSpringAccelerations(uint place) {
 void ApplySprings(uint place, float seconds) {
 #ifdef HAS_APPLY_SPRINGS
   StoreSpringAccelerations(place);
-  FOR_EACH(i, 0u, cloth.particle_count) KickParticle(i, seconds);
+  FOR_EACH_PARTICLE(i) KickParticle(i, seconds);
   PhaseBarrier();
 #endif
 }
@@ -184,7 +184,7 @@ void ApplyElastic(uint place, float seconds) {
 #ifdef HAS_APPLY_ELASTIC
   FOR_EACH(e, 0u, cloth.elastic_count) StoreElasticImpulse(e, place, seconds);
   ScratchPhaseBarrier();
-  FOR_EACH(i, 0u, cloth.particle_count) ApplyElasticImpulses(i);
+  FOR_EACH_PARTICLE(i) ApplyElasticImpulses(i);
   PhaseBarrier();
 #endif
 }
@@ -193,7 +193,7 @@ void ApplyWind(uint place, float seconds) {
 #ifdef HAS_APPLY_WIND
   FOR_EACH(t, 0u, cloth.triangle_count) StoreAirImpulse(t, place, seconds);
   ScratchPhaseBarrier();
-  FOR_EACH(i, 0u, cloth.particle_count) ApplyAirImpulses(i);
+  FOR_EACH_PARTICLE(i) ApplyAirImpulses(i);
   PhaseBarrier();
 #endif
 }
@@ -211,7 +211,7 @@ void Predict() {
 #ifdef HAS_SPRING_FORCES
   StoreSpringAccelerations(DRAPE_KICK_BEFORE);
 #endif
-  FOR_EACH(i, 0u, cloth.particle_count) PredictParticle(i);
+  FOR_EACH_PARTICLE(i) PredictParticle(i);
 #ifdef HAS_PINS
   FOR_EACH(k, 0u, cloth.pin_count) PredictPin(k);
 #endif
@@ -228,7 +228,7 @@ void SolveElastic() {
     FOR_EACH(line, family.line_begin, family.line_end) SolveElasticLine(family, line);
     if (family.kind == DRAPE_ELASTIC_CELLS) {
       ScratchPhaseBarrier();
-      FOR_EACH(i, 0u, cloth.particle_count) ApplyCells(i);
+      FOR_EACH_PARTICLE(i) ApplyCells(i);
     }
     PhaseBarrier();
   }
@@ -240,7 +240,7 @@ void SolveHinges() {
   for (uint stage = 0u; stage < cloth.hinge_stage_count; ++stage) {
     FOR_EACH(e, 0u, cloth.elastic_count) StoreHingeImpulse(e);
     ScratchPhaseBarrier();
-    FOR_EACH(i, 0u, cloth.particle_count) ApplyHinges(i, stage);
+    FOR_EACH_PARTICLE(i) ApplyHinges(i, stage);
     PhaseBarrier();
   }
 #endif
@@ -249,16 +249,16 @@ void SolveHinges() {
 void DampTwist() {
 #ifdef HAS_DAMP_TWIST
   if (substep.twist_share == 0.0) return;
-  FOR_EACH(i, 0u, cloth.particle_count) StoreTwistChange(i);
+  FOR_EACH_PARTICLE(i) StoreTwistChange(i);
   PhaseBarrier();
-  FOR_EACH(i, 0u, cloth.particle_count) ApplyTwistChange(i);
+  FOR_EACH_PARTICLE(i) ApplyTwistChange(i);
   PhaseBarrier();
 #endif
 }
 
 void Tether() {
 #ifdef HAS_TETHER
-  FOR_EACH(i, 0u, cloth.particle_count) TetherParticle(i);
+  FOR_EACH_PARTICLE(i) TetherParticle(i);
   PhaseBarrier();
 #endif
 }
@@ -336,7 +336,7 @@ void SolveVelocity() {
 #endif
 
 void Integrate() {
-  FOR_EACH(i, 0u, cloth.particle_count) {
+  FOR_EACH_PARTICLE(i) {
 #ifdef HAS_SOLVE_CONTACTS
     if (is_last_substep) StoreContactViolation(i);
 #endif
@@ -348,7 +348,7 @@ void Integrate() {
 #ifdef HAS_SOLVE_VELOCITY
   PhaseBarrier();
   SolveVelocity();
-  FOR_EACH(i, 0u, cloth.particle_count) CorrectVelocity(i);
+  FOR_EACH_PARTICLE(i) CorrectVelocity(i);
 #endif
 #ifdef HAS_PINS
   if (is_last_substep) {
@@ -373,13 +373,13 @@ bool KeepsStart(uint status) {
 // The new state replaces the old one unless any particle is beyond the limits.
 void Commit(uint status) {
   if (KeepsStart(status)) return;
-  FOR_EACH(i, 0u, cloth.particle_count) {
+  FOR_EACH_PARTICLE(i) {
     uint fault = FaultOf(Position(i), Velocity(i));
     if (fault != 0u) atomicOr(shared_fault, fault);
   }
   PhaseBarrier();
   if (shared_fault != 0u) return;
-  FOR_EACH(i, 0u, cloth.particle_count) {
+  FOR_EACH_PARTICLE(i) {
     SetStateVector(cloth.positions + 3u * i, Position(i));
     SetStateVector(cloth.velocities + 3u * i, Velocity(i));
   }

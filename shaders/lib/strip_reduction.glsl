@@ -28,6 +28,12 @@ StripRow FirstRow(float diagonal, float from_before, float from_after, float rig
   return StripRow(before, after, scaled, excess);
 }
 
+// The same, not divided: the excess is that of the diagonal [1/kg].
+StripRow UndividedRow(float diagonal, float from_before, float from_after, float right_side) {
+  precise float excess = diagonal - abs(from_before) - abs(from_after);
+  return StripRow(from_before, from_after, right_side, excess);
+}
+
 // A row after elimination of the one before.
 struct EliminatedRow {
   float inverse_pivot;  // [-]
@@ -79,6 +85,51 @@ ReducedRow ReduceRow(StripRow row, StripRow row_before, StripRow row_after, bool
   precise float scaled_excess = (excess + (raised - pivot)) * inverse;
   return ReducedRow(StripRow(scaled_before, scaled_after, scaled_right_side, scaled_excess),
                     inverse);
+}
+
+// A row that is not divided, over its diagonal.
+ReducedRow DivideRow(StripRow row, float diagonal) {
+  float inverse = Reciprocal(diagonal);
+  precise float before = row.before * inverse;
+  precise float after = row.after * inverse;
+  precise float right_side = row.right_side * inverse;
+  precise float excess = row.excess * inverse;
+  return ReducedRow(StripRow(before, after, right_side, excess), inverse);
+}
+
+// ReduceRow by the link before alone; the term of the link after stays.
+ReducedRow ReduceBefore(StripRow row, StripRow row_before, float least) {
+  precise float before = -(row.before * row_before.before);
+  precise float excess = row.excess + abs(row.before) * row_before.excess;
+#ifdef HAS_START_DIRECTIONS
+  precise float unlike = max(-(row.before * row_before.after), 0.0);
+  excess = excess + 2.0 * unlike;
+#endif
+  precise float pivot = excess + (abs(before) + abs(row.after));
+  precise float raised = max(pivot, least);
+  float inverse = Reciprocal(raised);
+  precise float right_side = row.right_side - row.before * row_before.right_side;
+  precise float scaled_before = before * inverse;
+  precise float scaled_after = row.after * inverse;
+  precise float scaled_right_side = right_side * inverse;
+  precise float scaled_excess = (excess + (raised - pivot)) * inverse;
+  return ReducedRow(StripRow(scaled_before, scaled_after, scaled_right_side, scaled_excess), inverse);
+}
+
+// Eliminates the link after from a row, where that has no term of this one: both have one of the same link before. The
+// pivot stays.
+StripRow ReduceAfter(StripRow row, StripRow row_after) {
+  precise float added = row.after * row_after.before;
+  precise float before = row.before - added;
+  precise float after = -(row.after * row_after.after);
+  precise float right_side = row.right_side - row.after * row_after.right_side;
+  precise float excess = row.excess + abs(row.after) * row_after.excess;
+#ifdef HAS_START_DIRECTIONS
+  // The sum of terms of unlike signs is smaller.
+  precise float unlike = row.before * added > 0.0 ? min(abs(row.before), abs(added)) : 0.0;
+  excess = excess + 2.0 * unlike;
+#endif
+  return StripRow(before, after, right_side, excess);
 }
 
 #endif

@@ -9,6 +9,13 @@
 // Each element once: an invocation takes every LOCAL_SIZE-th.
 #define FOR_EACH(index, begin, end) \
   for (uint index = (begin) + gl_LocalInvocationID.x; index < (end); index += LOCAL_SIZE)
+#ifdef OWNS_PARTICLE
+// One round at most, which compilers see.
+#define FOR_EACH_PARTICLE(index) \
+  for (uint index = gl_LocalInvocationID.x; index < cloth.particle_count; index = 0xffffffffu)
+#else
+#define FOR_EACH_PARTICLE(index) FOR_EACH(index, 0u, cloth.particle_count)
+#endif
 
 // Neighbouring invocations work on neighbours in a row or column of a grid, and hardware serves them at once only
 // if their words are in different banks, of which there are 32. A column of 32 x 32 particles would be in one

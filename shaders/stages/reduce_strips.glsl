@@ -19,7 +19,9 @@ LaneSlotWords LoadLaneSlot(uint slot) {
 LaneSlotWords NoLane() { return LaneSlotWords(0u, 0u, 1.0); }
 
 // What does not change within a step is in the words.
-LaneSlotWords Kept(LaneSlotWords words) { return words; }
+LaneSlotWords WithPins(LaneSlotWords words) { return words; }
+
+bool HasWork(LaneSlotWords words) { return words.word != 0u; }
 
 struct LaneOfStrip {
   uint particle;
@@ -102,7 +104,7 @@ void SolveLane(LaneSlotWords words, bool is_first_sweep) {
   bool is_link = mine.k < mine.link_count;
   LinkEnd from = LinkEnd(vec3(0.0), vec3(0.0), 0.0, 0.0);
   if (mine.link_count > 0u) from = LoadEnd(mine.particle);
-  LinkEnd to = TakeEndAfter(from);
+  LinkEnd to = TakeEnd(from, LaneAfter(1u));
   LinearisedLink link = NoLink(words.rest_length);
   if (is_link) link = LineariseLink(words.place, words.rest_length, from, to, is_first_sweep);
   vec2 effects = TakeEffects(mine, link, from.inverse_mass, to.inverse_mass);

@@ -1,4 +1,4 @@
-// The strips of a phase by lanes, as SolveLane of reduce_strips.glsl or reduce_pairs.glsl does. Needs one of them.
+// The strips of a phase by lanes, as SolveLane of reduce_strips.glsl or reduce_quads.glsl does. Needs one of them.
 #ifndef DRAPE_STAGES_SOLVE_LANES_GLSL_
 #define DRAPE_STAGES_SOLVE_LANES_GLSL_
 
@@ -13,7 +13,7 @@ LaneSlotWords LoadKeptLane(uint phase) {
     uint slot = models[cloth.model.strip_phase_lanes + phase] + LaneSlot();
     if (slot < models[cloth.model.strip_phase_lanes + phase + 1u]) words = LoadLaneSlot(slot);
   }
-  return Kept(words);
+  return WithPins(words);
 }
 
 // The barrier is for compilers: after it they know that subgroups are together, and need not see to it at each exchange.
@@ -24,6 +24,8 @@ void KeepLanes() {
 }
 
 void ReduceStrips(uint phase, bool is_first_sweep) {
+  // Many subgroups have nothing to do.
+  if (!HasAnyLane(phase == 1u ? HasWork(kept_lane_second) : HasWork(kept_lane_first))) return;
   LaneSlotWords words = kept_lane_first;
   if (phase == 1u) words = kept_lane_second;
   SolveLane(words, is_first_sweep);
@@ -36,7 +38,7 @@ void ReduceStrips(uint phase, bool is_first_sweep) {
     LaneSlotWords words = NoLane();
     uint slot = first + LaneSlot();
     if (LaneSlot() < LaneCount() && slot < end) words = LoadLaneSlot(slot);
-    SolveLane(words, is_first_sweep);
+    if (HasAnyLane(HasWork(words))) SolveLane(words, is_first_sweep);
   }
 }
 #endif

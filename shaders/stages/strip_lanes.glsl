@@ -9,11 +9,12 @@
 uint LaneBefore(uint stride) { return Lane() - min(stride, Lane()); }
 uint LaneAfter(uint stride) { return min(Lane() + stride, DRAPE_STRIP_LANES - 1u); }
 
-LinkEnd TakeEndAfter(LinkEnd end) {
+// That of another lane of the group.
+LinkEnd TakeEnd(LinkEnd end, uint lane) {
   Offer(vec4(end.position, end.inverse_mass));
-  vec4 of_position = OfferOf(LaneAfter(1u));
+  vec4 of_position = OfferOf(lane);
   Offer(vec4(end.velocity, end.quiet_round_off));
-  vec4 of_velocity = OfferOf(LaneAfter(1u));
+  vec4 of_velocity = OfferOf(lane);
   return LinkEnd(of_position.xyz, of_velocity.xyz, of_position.w, of_velocity.w);
 }
 

@@ -15,8 +15,8 @@
 #endif
 #ifdef HAS_STRIP_REDUCTION
 #include "stages/strip_lanes.glsl"
-#ifdef LANE_PAIRS
-#include "stages/reduce_pairs.glsl"
+#ifdef LANE_QUADS
+#include "stages/reduce_quads.glsl"
 #else
 #include "stages/reduce_strips.glsl"
 #endif
@@ -111,7 +111,7 @@ void SolveJoints(bool is_first_sweep) {
 
 void SolveContacts(bool is_first_sweep) {
 #ifdef HAS_SOLVE_CONTACTS
-  FOR_EACH(i, 0u, cloth.particle_count) SolveContactsOf(i, is_first_sweep);
+  FOR_EACH_PARTICLE(i) SolveContactsOf(i, is_first_sweep);
   PhaseBarrier();
 #endif
 }

@@ -134,9 +134,10 @@ std::vector<EmulatedCloth> ResidentCloths() {
   cloths.push_back({.scene = Named("reduction_by_shuffles", test::Grid(9, 7, 1.5, 1, {8, 62})),
                     .tuning = {.strip_solve = StripSolve::kReductionWithBarriers},
                     .define = "HAS_SUBGROUPS"});
-  // Lanes have pairs of particles; in some strips the first link of a pair ends at a pin.
+  // Lanes have four particles; in some strips the first, second, third or last link of a lane ends
+  // at a pin.
   cloths.push_back(
-      {.scene = Named("pairs_by_shuffles", test::Grid(27, 19, 1.5, 1, {26, 59, 61, 91, 116})),
+      {.scene = Named("quads_by_shuffles", test::Grid(27, 19, 1.5, 1, {26, 59, 61, 91, 116})),
        .tuning = {.strip_solve = StripSolve::kReductionWithBarriers},
        .define = "HAS_SUBGROUPS"});
   cloths.push_back({.scene = Fallen("sphere_by_shuffles", test::FallingOnSphere(8)),
@@ -152,8 +153,8 @@ std::vector<EmulatedCloth> ResidentCloths() {
   add(InColours(Named("net", test::Net(6, 0.1, 1e-5))));
   add(ByOneStep(Named("joints", test::JointedChain(12, 0.1, 1e-4))));
   add(OwnLengths(InColours(Named("own_lengths", test::RopesAndStruts(6, 0.1, 0)))));
-  AddTelling({"reduction_by_shuffles", "in_parts", "moving_shapes", "gripped", "bending_shear_wind",
-              "mesh", "springs", "joints", "own_lengths"},
+  AddTelling({"reduction_by_shuffles", "quads_by_shuffles", "in_parts", "moving_shapes", "gripped",
+              "bending_shear_wind", "mesh", "springs", "joints", "own_lengths"},
              cloths);
   // By lines and by hinges, which pins meet in several of them.
   const std::vector<uint32_t> pins = {0, 1, kSize.columns, 2 * kSize.columns};

@@ -49,7 +49,7 @@ std::vector<EmulatedCloth> ShortCloths() {
   for (EmulatedCloth& cloth : ResidentCloths()) {
     const std::string& name = cloth.scene.name;
     if (name == "from_both_ends" || name == "reduction_by_shuffles" || name == "moving_shapes" ||
-        name == "gripped_impulses" || name == "pairs_by_shuffles") {
+        name == "gripped_impulses" || name == "quads_by_shuffles") {
       cloths.push_back(std::move(cloth));
     }
   }

@@ -91,7 +91,7 @@ std::string FoundInStep(const std::string& from, const std::string& to) {
 }
 
 TEST(PlantedFaultsTest, AMissingBarrierOfTheStep) {
-  const std::string tether = "FOR_EACH(i, 0u, cloth.particle_count) TetherParticle(i);\n";
+  const std::string tether = "FOR_EACH_PARTICLE(i) TetherParticle(i);\n";
   EXPECT_THAT(FoundInStep(tether + "  PhaseBarrier();\n", tether + "\n"),
               HasSubstr("race at stages/access_resident.glsl"));
 }

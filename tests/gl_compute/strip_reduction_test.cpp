@@ -63,7 +63,7 @@ TEST(StripReductionTest, LongStripsAreSolvedFromBothEnds) {
   const std::unique_ptr<Backend> both_ends =
       MakeGlBackend({.strip_solve = StripSolve::kFromBothEnds});
   EXPECT_NE(ThrownSheet(*reduction, 15, 8), ThrownSheet(*both_ends, 15, 8)) << "15 particles";
-  EXPECT_NE(ThrownSheet(*reduction, 32, 17), ThrownSheet(*both_ends, 32, 17)) << "pairs";
+  EXPECT_NE(ThrownSheet(*reduction, 32, 17), ThrownSheet(*both_ends, 32, 17)) << "quads";
   for (const uint32_t rows : {7u, 17u}) {
     EXPECT_EQ(ThrownSheet(*reduction, 33, rows), ThrownSheet(*both_ends, 33, rows)) << rows;
   }

@@ -38,13 +38,15 @@ TEST_P(StripParityTest, AwkwardSizes) {
 }
 
 TEST_P(StripParityTest, UnequalMassesAndCompliance) {
-  for (const double compliance_m_per_n : {0.0, 1e-5, 1e-4, 1e-2}) {
-    Scene scene = Net(7, 0.2, compliance_m_per_n);
-    Stir(scene, 2);
-    scene.parameters.gravity_m_per_s2.setZero();
-    scene.parameters.settings.sweep = Sweep::kStrips;
-    SetSubsteps(scene, 1, 3);
-    ExpectParity(GetParam(), scene, 1);
+  for (const uint32_t side : {7u, 24u}) {  // the larger one by lanes of four particles
+    for (const double compliance_m_per_n : {0.0, 1e-5, 1e-4, 1e-2}) {
+      Scene scene = Net(side, 0.2, compliance_m_per_n);
+      Stir(scene, 2);
+      scene.parameters.gravity_m_per_s2.setZero();
+      scene.parameters.settings.sweep = Sweep::kStrips;
+      SetSubsteps(scene, 1, 3);
+      ExpectParity(GetParam(), scene, 1);
+    }
   }
 }
 
@@ -75,27 +77,40 @@ TEST_P(StripParityTest, AnOverstretchedChainThatGivesWay) {
   ExpectParity(GetParam(), scene, 1);
 }
 
-// The limit of a particle's move is by the length of the link before it; here it is the one that
-// was pulled out of its row.
-TEST_P(StripParityTest, LimitedStepsOfUnevenLinks) {
-  for (const uint32_t pulled : {0u, 1u, 9u, 10u, 11u, 20u}) {
-    ParticleTopology particles;
+// Side by side chains of 20 uneven links, of which one particle is pulled out of its row.
+Scene UnevenChains(uint32_t chain_count, uint32_t pulled) {
+  ParticleTopology particles;
+  for (uint32_t chain = 0; chain < chain_count; ++chain) {
     double x_m = 0;
-    for (uint32_t i = 0; i <= 20; ++i) {
-      const double length_m = i % 3 == 0 ? 0.02 : 0.1;
-      if (i > 0) {
+    for (uint32_t k = 0; k <= 20; ++k) {
+      const double length_m = k % 3 == 0 ? 0.02 : 0.1;
+      const auto i = static_cast<uint32_t>(particles.positions_m.size());
+      if (k > 0) {
         particles.distance_constraints.push_back({i - 1, i, length_m, 0});
         x_m += length_m;
       }
-      particles.positions_m.emplace_back(x_m, 0, 0);
-      particles.masses_kg.push_back(i == pulled ? 0.01 : 0.1);
+      particles.positions_m.emplace_back(x_m, 0, chain);
+      particles.masses_kg.push_back(k == pulled ? 0.01 : 0.1);
     }
-    Scene scene = Particles(particles);
-    scene.name += "_pulled_at_" + std::to_string(pulled);
-    scene.state.positions_m[pulled] += Vector3d(0.01, 0.6, 0.02);
-    scene.parameters.gravity_m_per_s2.setZero();
-    SetSubsteps(scene, 1);
-    ExpectParity(GetParam(), scene, 1);
+  }
+  Scene scene = Particles(particles);
+  scene.name += "_" + std::to_string(chain_count) + "_pulled_at_" + std::to_string(pulled);
+  for (uint32_t i = pulled; i < particles.positions_m.size(); i += 21) {
+    scene.state.positions_m[i] += Vector3d(0.01, 0.6, 0.02);
+  }
+  scene.parameters.gravity_m_per_s2.setZero();
+  return scene;
+}
+
+// The limit of a particle's move is by the length of the link before it; here it is the one that
+// was pulled out of its row. Of many chains lanes have four particles.
+TEST_P(StripParityTest, LimitedStepsOfUnevenLinks) {
+  for (const uint32_t chain_count : {1u, 26u}) {
+    for (const uint32_t pulled : {0u, 1u, 9u, 10u, 11u, 20u}) {
+      Scene scene = UnevenChains(chain_count, pulled);
+      SetSubsteps(scene, 1);
+      ExpectParity(GetParam(), scene, 1);
+    }
   }
 }
 
@@ -121,8 +136,8 @@ const std::vector<ChainPins>& AllChainPins() {
   return all;
 }
 
-// Of the longest chain. Lanes have a particle each, as in small cloths; two, and as many lanes as
-// there are (gl_compute/strip_lanes.h); the last is too long for them.
+// Of the longest chain. Lanes have a particle each, as in small cloths; four, and as many of them
+// as there may be (gl_compute/strip_lanes.h); the last is too long for lanes.
 constexpr uint32_t kMostLinks[] = {28, 31, 32};
 constexpr double kLink_m = 0.05;
 
@@ -318,9 +333,9 @@ TEST_P(StripParityTest, BlendedDirections) {
   }
 }
 
-// Rows and columns between pins, of heavy sheets: resident and tiled ones.
+// Rows and columns between pins, of heavy sheets: by lanes of one particle or four, and tiled.
 TEST_P(StripParityTest, SpansThatGiveWay) {
-  for (const uint32_t side : {9u, 33u}) {
+  for (const uint32_t side : {9u, 24u, 33u}) {
     Scene scene = Grid(side, side, 0.5, 0.5, {0, side - 1, side * (side - 1)});
     scene.name = "spans_" + std::to_string(side);
     Stir(scene, 1);

@@ -185,7 +185,7 @@ std::string KernelVariant::Defines() const {
          << "#define HAS_SUBGROUPS\n";
   }
   if (IsReduction(strip_solve)) text << "#define HAS_STRIP_REDUCTION\n";
-  if (has_lane_pairs) text << "#define LANE_PAIRS\n";
+  if (has_lane_quads) text << "#define LANE_QUADS\n";
   if (keeps_lanes) text << "#define KEEPS_LANES\n";
   if (strip_solve == StripSolve::kFromBothEnds) {
     text << "#define HAS_STRIP_HALVES\n"
@@ -229,7 +229,7 @@ Result<VariantChoice> ChooseVariant(const PlannedCloth& cloth, const DeviceTrait
   }
   variant.shares_record = device.shares_record && !variant.is_tiled();
   if (IsReduction(variant.strip_solve)) {
-    variant.has_lane_pairs = HasLanePairs(cloth.model);
+    variant.has_lane_quads = HasLaneQuads(cloth.model);
     variant.local_size = std::max(variant.local_size, DRAPE_STRIP_LANES);
   }
   // An invocation has one link of a phase.

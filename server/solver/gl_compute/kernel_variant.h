@@ -37,7 +37,7 @@ struct KernelVariant {
   // (kernel_costs.h); 0: it takes one.
   uint32_t loop_budget = 0;
   StripSolve strip_solve = StripSolve::kElimination;
-  bool has_lane_pairs = false;  // HasLanePairs
+  bool has_lane_quads = false;  // HasLaneQuads
   bool keeps_lanes = false;     // each lane its links, in registers; changes no bit
   bool shares_record = false;   // of the cloth, among the invocations; changes no bit
   TraitSet traits;

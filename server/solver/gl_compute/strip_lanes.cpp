@@ -1,6 +1,7 @@
 #include "server/solver/gl_compute/strip_lanes.h"
 
 #include <algorithm>
+#include <array>
 #include <span>
 
 #include "server/solver/gl_compute/kernel_costs.h"
@@ -10,7 +11,7 @@ namespace drape {
 
 namespace {
 
-// On an H200 pairs are faster for cloths of so many particles, whose work group has a
+// On an H200 lanes of more than one particle are faster for larger cloths, whose work group has a
 // multiprocessor to itself. Small cloths share one, and the larger kernel leaves room for fewer of
 // them (tests/bench/notes/gl.md).
 constexpr uint32_t kMostParticlesOfSingles = 512;
@@ -24,7 +25,7 @@ uint32_t LinksOf(const StripSet& strips, uint32_t strip) {
 template <typename Take>
 uint32_t ForEachStrip(const SceneModel& model, uint32_t phase, Take take) {
   const StripSet& strips = model.strips();
-  const uint32_t particles_per_lane = HasLanePairs(model) ? 2 : 1;
+  const uint32_t particles_per_lane = HasLaneQuads(model) ? 4 : 1;
   uint32_t lane = 0;
   for (uint32_t s = strips.phase_offsets[phase]; s < strips.phase_offsets[phase + 1]; ++s) {
     const uint32_t lanes = LinksOf(strips, s) / particles_per_lane + 1;
@@ -45,18 +46,25 @@ void AppendSingles(std::span<const uint32_t> particles, uint32_t links, uint32_t
   }
 }
 
-void AppendPairs(std::span<const uint32_t> particles, uint32_t links, uint32_t place,
+// The lanes end with the last particle.
+void AppendQuads(std::span<const uint32_t> particles, uint32_t links, uint32_t place,
                  std::vector<uint32_t>& words) {
-  for (uint32_t k = 0; k <= links; k += 2) {
-    const uint32_t second = std::min(k + 1, links);
-    words.push_back(particles[k] | particles[second] << 10 | k / 2 << 20 | links << 25);
-    words.push_back(place + std::min(k, links - 1));
+  const uint32_t last_lane = links / 4;
+  const uint32_t missing = 3 - links % 4;  // particles of the first lane
+  for (uint32_t lane = 0; lane <= last_lane; ++lane) {
+    std::array<uint32_t, 4> of_lane;
+    for (uint32_t k = 0; k < 4; ++k) {
+      of_lane[k] = particles[std::max(4 * lane + k, missing) - missing];
+    }
+    words.push_back(of_lane[0] | of_lane[1] << 10 | of_lane[2] << 20);
+    const uint32_t end = 4 * lane + 4 - missing;  // of its particles in the strip
+    words.push_back(of_lane[3] | end << 10 | last_lane << 16 | place << 19);
   }
 }
 
 }  // namespace
 
-bool HasLanePairs(const SceneModel& model) {
+bool HasLaneQuads(const SceneModel& model) {
   return model.particle_count() > kMostParticlesOfSingles;
 }
 
@@ -76,7 +84,7 @@ StripLanes FindStripLanes(const SceneModel& model) {
       const auto place = static_cast<uint32_t>(strips.strip_offsets[strip]);
       const auto particles = std::span<const uint32_t>(strips.particles).subspan(place + strip);
       lanes.words.resize(DRAPE_STRIP_LANE_WORDS * (first + lane), 0);
-      const auto append = HasLanePairs(model) ? AppendPairs : AppendSingles;
+      const auto append = HasLaneQuads(model) ? AppendQuads : AppendSingles;
       append(particles, LinksOf(strips, strip), place, lanes.words);
     };
     lanes.phase_lanes.push_back(first + ForEachStrip(model, phase, take));

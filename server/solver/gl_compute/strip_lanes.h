@@ -1,5 +1,5 @@
 // How strips that groups of lanes solve are spread over lanes (shaders/stages/reduce_strips.glsl,
-// reduce_pairs.glsl).
+// reduce_quads.glsl).
 #pragma once
 
 #include <cstdint>
@@ -9,15 +9,15 @@
 
 namespace drape {
 
-// Each lane has a particle of a strip, or two neighbouring ones. A group of DRAPE_STRIP_LANES lanes
-// has whole strips.
+// Each lane has a particle of a strip, or four neighbouring ones. A group of DRAPE_STRIP_LANES
+// lanes has whole strips.
 struct StripLanes {
   std::vector<uint32_t> phase_lanes;  // [phase_count + 1] first lane of each phase, of a new group
   std::vector<uint32_t> words;  // [][DRAPE_STRIP_LANE_WORDS] the words `strip_lanes` of a model
 };
 
-// Whether lanes of the model have two particles each. The kernel must know.
-bool HasLanePairs(const SceneModel& model);
+// Whether lanes of the model have four particles each. The kernel must know.
+bool HasLaneQuads(const SceneModel& model);
 
 // Whether a group of lanes holds any strip.
 bool FitsInLanes(const SceneModel& model);

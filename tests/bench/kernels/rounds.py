@@ -64,7 +64,8 @@ UNROLLED = {("ReduceLink", "for (uint level")}
 
 # What only the warps run that have systems, of those that run MeetStrips.
 OF_HALVES = {"EliminateRows", "MeetingImpulse", "SubstituteBack"}
-RARE = {"RemoveExcess", "TakeLargest"}
+# What runs only where impulses are cut, or in groups of lanes where a pin is within a strip.
+RARE = {"RemoveExcess", "TakeLargest", "LargestShare", "InnerRow", "ReduceInner", "ImpulseAtPin", "WithInner"}
 
 
 def warps_of(chain, sizes):
