@@ -13,7 +13,8 @@ const std::map<std::string, v1::RenderRequest::Colouring>& Colourings() {
       {"material", v1::RenderRequest::MATERIAL},
       {"strain", v1::RenderRequest::STRAIN},
       {"group", v1::RenderRequest::COLOUR_GROUP},
-      {"speed", v1::RenderRequest::SPEED}};
+      {"speed", v1::RenderRequest::SPEED},
+      {"contact", v1::RenderRequest::CONTACT}};
   return kColourings;
 }
 
@@ -81,14 +82,17 @@ void PictureFlags::AddTo(CLI::App& command, CLI::Option* render) {
                           "Size of a picture [px] (default: 960x720)")
                       ->check(CLI::Validator(SizeProblem, ""))
                       ->type_name("WxH"));
-  flags.push_back(command
-                      .add_option("--colour-by", colour_by,
-                                  "material (a colour per cloth), strain, group (constraints "
-                                  "that are solved together) or speed (default: material)")
-                      ->check(CLI::IsMember({"material", "strain", "group", "speed"}))
-                      ->type_name("WHAT"));
+  flags.push_back(
+      command
+          .add_option("--colour-by", colour_by,
+                      "material (a colour per cloth), strain, group (constraints "
+                      "that are solved together), speed or contact, how hard particles are "
+                      "touched (default: material)")
+          ->check(CLI::IsMember({"material", "strain", "group", "speed", "contact"}))
+          ->type_name("WHAT"));
   flags.push_back(AddNumbers(command, "--colour-range", 2, range, "LOW,HIGH",
-                             "Range of the colours of strain or speed [-, m/s] (default: fitted)"));
+                             "Range of the colours of strain, speed or contact [-, m/s, N] "
+                             "(default: fitted)"));
   CLI::Option* camera_flag = AddNumbers(command, "--camera", 6, camera, "EX,EY,EZ,TX,TY,TZ",
                                         "Eye and target [m] (default: fitted to the cloths)");
   CLI::Option* view_flag =

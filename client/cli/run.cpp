@@ -113,6 +113,7 @@ int Run(const RunOptions& options) {
   if (!options.render.empty()) {
     sinks.pictures = std::make_unique<PictureSink>(options.render, options.every.has_value(),
                                                    options.picture.Request());
+    sinks.has_contacts = options.picture.colour_by == "contact";
   }
   const Client client = options.server.Open();
   if (!options.compare.empty()) {

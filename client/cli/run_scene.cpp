@@ -64,8 +64,9 @@ RunReport RunScene(const Client& client, const v1::Scene& scene, uint64_t every,
   if (sinks.pictures) sinks.pictures->Begin(session);
   try {
     while (player.step() < player.step_count()) {
-      const AdvanceResult result = player.Advance(every, /*has_reports=*/true, sinks.should_stop,
-                                                  sinks.has_impulses && server.has_impulses());
+      const AdvanceResult result =
+          player.Advance(every, /*has_reports=*/true, sinks.should_stop,
+                         sinks.has_impulses && server.has_impulses(), sinks.has_contacts);
       const uint64_t steps = player.step() - report.steps();
       const double time_s = static_cast<double>(player.step()) * scene.time_step_s();
       TakeSample(session, steps, {player.step(), time_s}, sinks);

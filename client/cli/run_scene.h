@@ -21,6 +21,7 @@ struct RunSinks {
   // Called after each request; once it returns true, there is one more step and the last sample.
   std::function<bool()> should_stop;
   bool has_impulses = false;  // the report has them, where the server can tell
+  bool has_contacts = false;  // pictures show them
   // Keeps the results so far when a run fails after its first sample; the error is rethrown.
   std::function<void(const RunReport&)> on_failure;
 };

@@ -29,7 +29,7 @@ def functions_in(module):
 FUNCTIONS = [drape.launch, drape.connect, drape.find_server, drape.pack, drape.scene.load, drape.scene.parse, drape.mesh.load,
              drape.mesh.from_arrays]
 ERRORS = [thing for _, thing in inspect.getmembers(drape.errors, inspect.isclass) if issubclass(thing, drape.Error)]
-CLASSES = [drape.Client, drape.Session, drape.Cloths, drape.States, drape.Answer, drape.Grips, drape.Impulses,
+CLASSES = [drape.Client, drape.Session, drape.Cloths, drape.States, drape.Answer, drape.Grips, drape.Impulses, drape.Contacts,
            drape.Topology, drape.Pipeline, drape.Frames, drape.Frame, drape.Run,
            drape.scene.Scene, drape.scene.Player, drape.Retries, drape.VersionWarning, drape.Error, drape.FieldViolation,
            *(error for error in ERRORS if error is not drape.Error),

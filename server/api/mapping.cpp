@@ -241,11 +241,23 @@ void AddImpulses(ClothId id, const StepImpulses& impulses, const SceneModel& mod
   }
 }
 
+void AddContacts(ClothId id, std::span<const ParticleImpulse> contacts, const SceneModel& model,
+                 v1::ContactImpulses& message) {
+  for (const ParticleImpulse& contact : contacts) {
+    const bool is_cloth = contact.collider == ParticleImpulse::kCloth;
+    message.add_cloth_ids(id.Packed());
+    message.add_particles(model.DescribedOf(contact.particle));
+    message.add_colliders(is_cloth ? -1 : static_cast<int32_t>(contact.collider));
+    Append(contact.impulse_n_s, message.mutable_impulses_n_s());
+  }
+}
+
 }  // namespace
 
 v1::StepResponse ToProto(const ClothList& cloths, const StepOutcome& outcome) {
   DRAPE_CHECK(cloths.size() == outcome.cloths.size(), "one outcome per cloth");
   v1::StepResponse message;
+  if (outcome.has_contacts) message.mutable_contact_impulses();
   for (size_t k = 0; k < cloths.size(); ++k) {
     const ClothOutcome& cloth = outcome.cloths[k];
     const ClothId id = cloths[k]->id;
@@ -262,7 +274,11 @@ v1::StepResponse ToProto(const ClothList& cloths, const StepOutcome& outcome) {
     if (!cloth.grips.empty()) {
       AddGrips(*cloths[k], cloth, outcome.has_impulses, *message.mutable_grips());
     }
-    if (cloth.impulses != nullptr) AddImpulses(id, *cloth.impulses, *cloth.model, message);
+    if (cloth.impulses == nullptr) continue;
+    if (outcome.has_impulses) AddImpulses(id, *cloth.impulses, *cloth.model, message);
+    if (outcome.has_contacts && cloth.impulses->contacts) {
+      AddContacts(id, *cloth.impulses->contacts, *cloth.model, *message.mutable_contact_impulses());
+    }
   }
   *message.mutable_timing() = ToProto(outcome.timing);
   return message;

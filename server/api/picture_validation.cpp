@@ -134,6 +134,8 @@ render::Colouring CheckColouring(v1::RenderRequest::Colouring colouring, Violati
       return render::Colouring::kColourGroup;
     case v1::RenderRequest::SPEED:
       return render::Colouring::kSpeed;
+    case v1::RenderRequest::CONTACT:
+      return render::Colouring::kContact;
     default:
       return render::Colouring::kMaterial;
   }
@@ -143,11 +145,12 @@ std::optional<render::ValueRange> CheckRange(const DoubleList& range, render::Co
                                              Violations& violations) {
   const FieldPath path("range");
   if (range.empty()) return {};
-  const bool has_scale =
-      colouring == render::Colouring::kStrain || colouring == render::Colouring::kSpeed;
+  const bool has_scale = colouring == render::Colouring::kStrain ||
+                         colouring == render::Colouring::kSpeed ||
+                         colouring == render::Colouring::kContact;
   if (!violations.Require(
           has_scale, path,
-          [] { return "needs a colour scale, which only STRAIN and SPEED have"; }) ||
+          [] { return "needs a colour scale, which only STRAIN, SPEED and CONTACT have"; }) ||
       !violations.Length(path, range.size(), 2, "lowest and highest value") ||
       !CheckAllWithin(path, range, kMaxMagnitude, "", violations)) {
     return {};

@@ -1,10 +1,13 @@
 // Pictures: the states are fetched when a picture's turn has come, drawn, and sent as a file.
+#include <cmath>
+
 #include "server/api/mapping.h"
 #include "server/api/picture_validation.h"
 #include "server/api/request_validation.h"
 #include "server/api/simulation_service.h"
 #include "server/api/unary_call.h"
 #include "server/core/memory_reserve.h"
+#include "server/solver/step_impulses.h"
 
 namespace drape::api {
 namespace {
@@ -15,6 +18,7 @@ struct PictureCall {
   v1::RenderResponse* response = nullptr;
   ClothList cloths;
   bool has_colliders = true;
+  bool has_forces = false;     // of contacts
   std::shared_ptr<void> held;  // for the bytes of its answer
 };
 
@@ -33,6 +37,32 @@ uint64_t ParticleTotal(const ClothList& cloths) {
   uint64_t total = 0;
   for (const auto& cloth : cloths) total += cloth->description()->model->particle_count();
   return total;
+}
+
+// Device thread. A vector of each particle, as long as what contacts gave to it in the last step
+// [N].
+Result<std::vector<float>> ForcesOfContacts(const ClothList& cloths) {
+  std::vector<float> forces;
+  for (const auto& cloth : cloths) {
+    const StepImpulses* const impulses = cloth->runtime->last_contacts();
+    if (impulses == nullptr) {
+      return Status(StatusCode::kFailedPrecondition, "NO_CONTACTS",
+                    "the last step of cloth " + std::to_string(cloth->id.Packed()) +
+                        " was not asked for contact_impulses, or its state or time step has "
+                        "changed since: CONTACT shows what they were");
+    }
+    const auto description = cloth->description();
+    const size_t first = forces.size();
+    forces.resize(first + size_t{3} * description->model->particle_count());
+    for (const ParticleImpulse& contact : *impulses->contacts) {
+      const double force_n =
+          contact.impulse_n_s.norm() / description->parameters.settings.time_step_s;
+      if (std::isfinite(force_n)) {
+        forces[first + size_t{3} * contact.particle] += static_cast<float>(force_n);
+      }
+    }
+  }
+  return forces;
 }
 
 // Device thread: description and state are of the same moment.
@@ -56,6 +86,10 @@ Result<render::PictureContent> ToContent(const PictureCall& picture, Result<Clot
   }
   for (const ClothStamp& stamp : states->cloths) content.steps.push_back(stamp.completed_steps);
   content.states = {std::move(states->columns), std::move(states->on_device)};
+  if (picture.has_forces) {
+    DRAPE_ASSIGN_OR_RETURN(content.states.host.velocities_m_per_s,
+                           ForcesOfContacts(picture.cloths));
+  }
   content.in_flight = std::move(states->in_flight);
   return content;
 }
@@ -97,7 +131,7 @@ render::PictureJob ToJob(const ServiceContext& context, render::PictureSpec spec
   job.spec = std::move(spec);
   job.particle_count = ParticleTotal(picture->cloths);
   job.fetch = [&context, picture, fields](bool on_device, const render::ContentReady& ready) {
-    Fetch(context, picture, fields, on_device, ready);
+    Fetch(context, picture, fields, on_device && !picture->has_forces, ready);
   };
   job.is_cancelled = [&clock = context.clock, cancel = picture->call->cancel, deadline_us] {
     return cancel.is_cancelled() || clock.NowUs() >= deadline_us;
@@ -131,7 +165,8 @@ grpc::ServerUnaryReactor* SimulationService::Render(Context* context,
   UnaryCall* call = UnaryCall::New(tag);
   call->lease = std::move(*session);
   const auto picture = std::make_shared<PictureCall>(
-      PictureCall{call, response, std::move(*cloths), spec->has_colliders, std::move(*held)});
+      PictureCall{call, response, std::move(*cloths), spec->has_colliders,
+                  spec->colouring == render::Colouring::kContact, std::move(*held)});
   const Status status =
       context_.pictures.Submit(ToJob(context_, std::move(*spec), picture, caller.deadline_us));
   if (!status.ok()) call->End(status);

@@ -357,6 +357,7 @@ Result<CheckedStep> CheckStep(const v1::StepRequest& request, uint32_t max_steps
   result.report = request.report();
   result.grip_states = request.grip_states();
   result.impulses = request.impulses();
+  result.contact_impulses = request.contact_impulses();
   DRAPE_RETURN_IF_ERROR(violations.ToStatus());
   return result;
 }

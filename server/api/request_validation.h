@@ -65,6 +65,7 @@ struct CheckedStep {
   bool report = false;
   bool grip_states = false;
   bool impulses = false;
+  bool contact_impulses = false;
 };
 Result<CheckedStep> CheckStep(const v1::StepRequest& request, uint32_t max_steps_per_request);
 

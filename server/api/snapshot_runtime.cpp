@@ -130,7 +130,41 @@ v1::RuntimeSnapshot::SleepReport ToMessage(const StepReport& report) {
   for (const Vector3d& grip : impulses.grips_n_s) AppendValue(grip, message.mutable_impulses_n_s());
   message.mutable_gripped_particles()->Assign(impulses.gripped_particles.begin(),
                                               impulses.gripped_particles.end());
+  message.set_has_contacts(impulses.contacts.has_value());
+  if (!impulses.contacts) return message;
+  for (const ParticleImpulse& contact : *impulses.contacts) {
+    message.add_contact_particles(contact.particle);
+    message.add_contact_colliders(contact.collider + 1);  // cloth: 0
+    AppendValue(contact.impulse_n_s, message.mutable_impulses_n_s());
+  }
   return message;
+}
+
+// Without their impulses.
+std::vector<ParticleImpulse> CheckContacts(const FieldPath& path,
+                                           const v1::RuntimeSnapshot::SleepReport& message,
+                                           const RuntimeOwner& owner, Violations& violations) {
+  std::vector<ParticleImpulse> contacts;
+  if (!violations.Length(
+          path.Child("contact_colliders"), static_cast<size_t>(message.contact_colliders_size()),
+          static_cast<size_t>(message.contact_particles_size()), "one per contact_particle")) {
+    return contacts;
+  }
+  const auto is_below = [&](const char* field, uint64_t value, uint64_t count) {
+    return violations.Require(value < count, path.Child(field), [&] {
+      return "is " + std::to_string(value) + "; legal: below " + std::to_string(count);
+    });
+  };
+  for (int k = 0; k < message.contact_particles_size(); ++k) {
+    const uint32_t particle = message.contact_particles(k);
+    const uint32_t collider = message.contact_colliders(k);
+    if (!is_below("contact_particles", particle, owner.model.particle_count()) ||
+        !is_below("contact_colliders", collider, owner.on_device.colliders.size() + 1)) {
+      return contacts;
+    }
+    contacts.push_back({.particle = particle, .collider = collider - 1});
+  }
+  return contacts;
 }
 
 // Null: unknown.
@@ -150,8 +184,12 @@ std::shared_ptr<const StepImpulses> CheckImpulses(const FieldPath& path,
   impulses->gripped_particles.assign(message.gripped_particles().begin(),
                                      message.gripped_particles().end());
   impulses->grips_n_s.resize(impulses->gripped_particles.size());
-  const size_t vectors =
-      2 * impulses->colliders.size() + impulses->pins_n_s.size() + impulses->grips_n_s.size();
+  if (message.has_contacts()) {
+    impulses->contacts = CheckContacts(path, message, owner, violations);
+  }
+  const size_t vectors = 2 * impulses->colliders.size() + impulses->pins_n_s.size() +
+                         impulses->grips_n_s.size() +
+                         (impulses->contacts ? impulses->contacts->size() : 0);
   if (vectors > 0 && message.impulses_n_s().empty()) return nullptr;
   if (!violations.Length(path.Child("impulses_n_s"),
                          static_cast<size_t>(message.impulses_n_s_size()), 3 * vectors,
@@ -166,6 +204,8 @@ std::shared_ptr<const StepImpulses> CheckImpulses(const FieldPath& path,
   }
   for (Vector3d& pin : impulses->pins_n_s) pin = next();
   for (Vector3d& grip : impulses->grips_n_s) grip = next();
+  if (!impulses->contacts) return impulses;
+  for (ParticleImpulse& contact : *impulses->contacts) contact.impulse_n_s = next();
   return impulses;
 }
 

@@ -16,8 +16,8 @@ class StepAnswer {
   StepAnswer() = default;
   // In one message: `answer`, which is without states, and `states`, a StateChunk; none if empty.
   explicit StepAnswer(v1::StepResponse answer, MessageSlices states = {});
-  // In several: the first one has everything but states and reports, each one some more of those.
-  // `answer` is without states, `chunks` makes theirs, of `state_bytes` together.
+  // In several: the first one has everything but states, reports and contacts, each one some more
+  // of those. `answer` is without states, `chunks` makes theirs, of `state_bytes` together.
   StepAnswer(v1::StepResponse answer, std::optional<SharedChunks> chunks, uint64_t state_bytes);
 
   bool has_next() const { return has_next_; }
@@ -32,11 +32,13 @@ class StepAnswer {
   // What comes next but for the states.
   v1::StepResponse NextPart();
 
-  v1::StepResponse rest_;  // what comes first, and the reports of all messages
-  MessageSlices states_;   // in one message
+  // What comes first, and the reports and contacts of all messages.
+  v1::StepResponse rest_;
+  MessageSlices states_;  // in one message
   std::optional<SharedChunks> chunks_;
   uint64_t state_bytes_ = 0;
   int next_report_ = 0;
+  int next_contact_ = 0;  // row of contact_impulses
   bool is_in_chunks_ = false;
   bool is_first_ = true;
   bool has_next_ = false;

@@ -88,6 +88,32 @@ Result<StepAnswer> ToAnswer(StepCall& call, StepOutcome outcome, const ServiceCo
   return StepAnswer(std::move(answer), std::move(chunks), state_bytes);
 }
 
+// Of a row of ContactImpulses, at most.
+constexpr uint64_t kContactBytes = 48;
+
+// Of the contacts of all cloths, at most: everything touches everything.
+uint64_t MostContactBytes(const ClothList& cloths) {
+  uint64_t contacts = 0;
+  for (const auto& cloth : cloths) {
+    const auto description = cloth->description();
+    const ClothParameters& parameters = description->parameters;
+    const bool touches_cloth = parameters.self_collision.has_value() || parameters.is_in_world;
+    contacts += uint64_t{description->model->particle_count()} *
+                (parameters.colliders.size() + (touches_cloth ? 1 : 0));
+  }
+  return contacts * kContactBytes;
+}
+
+Status CheckContactBytes(const ClothList& cloths, uint64_t max_bytes) {
+  const uint64_t bytes = MostContactBytes(cloths);
+  if (bytes <= max_bytes) return Status::Ok();
+  return Status::InvalidField(
+      "contact_impulses", "may bring " + std::to_string(bytes) +
+                              " bytes, if everything touches, at most " +
+                              std::to_string(max_bytes) +
+                              " fit into one message: use StepInChunks, or ask for fewer cloths");
+}
+
 Status CheckStateBytes(const std::vector<ChunkCloth>& cloths, const ViewSpec& view,
                        ScalarType scalar, uint64_t max_bytes) {
   uint64_t rows = 0;
@@ -124,7 +150,8 @@ uint64_t AnswerBytes(const CheckedStep& checked, const StepCall& call, ScalarTyp
                 cloth->description()->parameters.colliders.size();
   }
   return call.cloths.size() * (kPerCloth + (checked.report ? kPerReport : 0)) +
-         impulses * kPerImpulse + BytesRead(call.chunk_cloths, scalar, checked.view);
+         impulses * kPerImpulse + (checked.contact_impulses ? MostContactBytes(call.cloths) : 0) +
+         BytesRead(call.chunk_cloths, scalar, checked.view);
 }
 
 Result<StepWork> ToWork(const CheckedStep& checked, const Session& session,
@@ -142,6 +169,7 @@ Result<StepWork> ToWork(const CheckedStep& checked, const Session& session,
   work.report = checked.report;
   work.grip_states = checked.grip_states;
   work.impulses = checked.impulses;
+  work.contacts = checked.contact_impulses;
   work.view = checked.view.FieldsRead();
   return work;
 }
@@ -173,6 +201,9 @@ Status Start(const ServiceContext& context, const Caller& caller, const v1::Step
   DRAPE_ASSIGN_OR_RETURN(StepWork work, ToWork(checked, *call->session, call->cloths));
   DRAPE_ASSIGN_OR_RETURN(call->chunk_cloths,
                          CheckStates(context, checked.view, call->cloths, call->form));
+  if (checked.contact_impulses && call->form != AnswerForm::kChunks) {
+    DRAPE_RETURN_IF_ERROR(CheckContactBytes(call->cloths, context.limits.max_step_state_bytes));
+  }
   DRAPE_ASSIGN_OR_RETURN(
       auto held,
       context.unread->Take(

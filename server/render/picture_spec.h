@@ -28,6 +28,7 @@ enum class Colouring {
   kStrain,       // signed strain of largest magnitude among a particle's distance constraints [-]
   kColourGroup,  // the distance constraints as lines in the colour of their group (the solver's)
   kSpeed,        // |v| [m/s]
+  kContact,  // sum of the sizes of the mean forces of a particle's contacts in the last step [N]
 };
 
 struct ValueRange {

@@ -11,7 +11,8 @@
 namespace drape::render {
 
 // The states to draw, cloth after cloth. Exactly one of the two is set; velocities only for
-// Colouring::kSpeed.
+// Colouring::kSpeed. With kContact, on the host alone, vectors as long as its values [N] are in
+// their place.
 struct DrawnStates {
   StateColumns host;                   // from Backend::Read
   std::shared_ptr<DeviceCopy> device;  // from DeviceBackend::CopyOnDevice

@@ -324,9 +324,10 @@ void ActiveRequest::ApplyGrips(Backend& backend) {
 }
 
 bool ActiveRequest::LooksReady(Backend& backend) {
-  if ((!work_.impulses && !work_.report) || backend.device() == nullptr) return true;
+  const bool tells_impulses = work_.impulses || work_.contacts;
+  if ((!tells_impulses && !work_.report) || backend.device() == nullptr) return true;
   is_ready_ = backend.device()->IsReadyToMeasure() &&
-              (!work_.impulses || std::ranges::all_of(work_.cloths, [&](const auto& cloth) {
+              (!tells_impulses || std::ranges::all_of(work_.cloths, [&](const auto& cloth) {
                 return !cloth->is_alive() || cloth->is_faulted() ||
                        backend.device()->IsReadyToTellImpulses(cloth->handle());
               }));
@@ -342,8 +343,10 @@ Status ActiveRequest::Start(Backend& backend, uint32_t max_steps) {
   FormUnits();
   steps_left_.resize(work_.cloths.size());
   if (work_.report) reports_.resize(work_.cloths.size());
-  if (work_.impulses) impulses_.resize(work_.cloths.size());
-  if (work_.impulses) models_.resize(work_.cloths.size());
+  if (work_.impulses || work_.contacts) {
+    impulses_.resize(work_.cloths.size());
+    models_.resize(work_.cloths.size());
+  }
   for (size_t k = 0; k < work_.cloths.size(); ++k) {
     const ClothRuntime& cloth = *work_.cloths[k];
     if (cloth.is_faulted()) {
@@ -404,7 +407,11 @@ std::vector<uint32_t> ActiveRequest::Take(uint32_t count, uint64_t round) {
 }
 
 bool ActiveRequest::AsksImpulses(uint32_t cloth_index) const {
-  return work_.impulses && steps_left_[cloth_index] == 1;
+  return (work_.impulses || work_.contacts) && steps_left_[cloth_index] == 1;
+}
+
+bool ActiveRequest::AsksContacts(uint32_t cloth_index) const {
+  return work_.contacts && steps_left_[cloth_index] == 1;
 }
 
 bool ActiveRequest::IsMeasured(uint32_t cloth_index) const {
@@ -448,12 +455,13 @@ StepOutcome ActiveRequest::Outcome() const {
   }
   outcome.timing = timing_;
   outcome.has_impulses = work_.impulses;
+  outcome.has_contacts = work_.contacts;
   outcome.cloths.resize(work_.cloths.size());
   for (size_t k = 0; k < work_.cloths.size(); ++k) {
     outcome.cloths[k].stamp = StampOf(*work_.cloths[k]);
     outcome.cloths[k].warnings = work_.cloths[k]->now().warnings;
     if (work_.report) outcome.cloths[k].report = reports_[k];
-    if (work_.impulses) {
+    if (work_.impulses || work_.contacts) {
       outcome.cloths[k].impulses = impulses_[k];
       outcome.cloths[k].model = models_[k];
     }

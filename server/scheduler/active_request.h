@@ -68,6 +68,8 @@ class ActiveRequest {
   bool IsMeasured(uint32_t cloth_index) const;
   // Whether the next step of the cloth is to tell its impulses.
   bool AsksImpulses(uint32_t cloth_index) const;
+  // The same of StepImpulses::contacts; then it tells its impulses.
+  bool AsksContacts(uint32_t cloth_index) const;
   // A step of this cloth is done. Before ClothRuntime::CompleteStep.
   void CompleteStep(uint32_t cloth_index, const StepReport& report);
   // A batch that this request took part in lasted from `begin_us` to `end_us`.

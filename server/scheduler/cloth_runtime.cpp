@@ -139,6 +139,9 @@ void ClothRuntime::CompleteStep(const StepReport& report) {
     energy_ = report.energy.value_or(EnergyBalance{});
     progress_.warnings.Count(report.warnings);
     FollowBodies(report);
+    const bool has_contacts = report.impulses != nullptr && report.impulses->contacts;
+    contacts_ = has_contacts ? report.impulses : nullptr;
+    contacts_version_ = state_version_;
     if (report.impulses != nullptr) {
       controls_.grips().OpenOverloaded(*report.impulses, time_step_s_);
     }
@@ -244,6 +247,7 @@ void ClothRuntime::SetSettings(const StepSettings& settings) {
 
 void ClothRuntime::SetTimeStep(double time_step_s) {
   if (time_step_s == time_step_s_) return;
+  contacts_ = nullptr;  // what forces they are is not known any more
   base_time_s_ = progress_.time_s;
   base_steps_ = progress_.completed_steps;
   time_step_s_ = time_step_s;

@@ -148,6 +148,11 @@ class ClothRuntime {
   uint32_t particle_count() const { return model_->particle_count(); }
   const ClothProgress& now() const { return progress_; }
   bool is_faulted() const { return progress_.fault != FaultReason::kNone; }
+  // What contacts gave in the last step, if that told them (StepImpulses::contacts) and nothing has
+  // changed the state since; null: unknown.
+  const StepImpulses* last_contacts() const {
+    return contacts_version_ == state_version_ ? contacts_.get() : nullptr;
+  }
   // Counts changes of the particle state (steps, resets): equal versions = equal states.
   uint64_t state_version() const { return state_version_; }
   // Counts resets, after which completed_steps starts at 0 again.
@@ -167,11 +172,16 @@ class ClothRuntime {
     return controls_.grips().has_largest_forces() ||
            (sleep_.decides_next() && (are_cheap || was_asked_for_impulses_));
   }
-  // The next step is asked for impulses. Whether it must be computed for that: the cloth sleeps,
-  // and fell asleep when nobody had asked.
-  bool MustWakeForImpulses() {
+  // The same of those by each contact, which take memory while it sleeps: once somebody has asked.
+  bool WantsContacts() const { return sleep_.decides_next() && was_asked_for_contacts_; }
+  // The next step is asked for impulses, `by_contact` too. Whether it must be computed for that:
+  // the cloth sleeps, and fell asleep when nobody had asked.
+  bool MustWakeForImpulses(bool by_contact) {
     was_asked_for_impulses_ = true;
-    return sleep_.is_asleep() && !is_faulted() && sleep_.report().impulses == nullptr;
+    was_asked_for_contacts_ |= by_contact;
+    const StepImpulses* const known = sleep_.report().impulses.get();
+    const bool is_known = known != nullptr && (!by_contact || known->contacts.has_value());
+    return sleep_.is_asleep() && !is_faulted() && !is_known;
   }
   // The next step is not computed: it is asleep and nothing wakes it, or faulted.
   bool is_idle() const { return is_faulted() || (sleep_.is_asleep() && controls_.are_at_rest()); }
@@ -259,13 +269,15 @@ class ClothRuntime {
   ClothProgress progress_;
   EnergyBalance energy_;  // RuntimeState
   uint64_t state_version_ = 0;
+  std::shared_ptr<const StepImpulses> contacts_;  // null: the last step did not tell them
+  uint64_t contacts_version_ = 0;                 // the state that they led to
   uint64_t reset_count_ = 0;
   ClothControls controls_;
   FrameBudget budget_;
   CostEstimate cost_;
   bool is_in_pieces_ = false;
   bool is_held_ = false;
-  bool was_asked_for_impulses_ = false;
+  bool was_asked_for_impulses_ = false, was_asked_for_contacts_ = false;
   SleepWatch sleep_;
   std::deque<ActiveRequest*> turns_;
   std::shared_ptr<ClothWorld> world_;

@@ -194,7 +194,8 @@ void DeviceLoop::AddItems(const ActiveRequest& request, std::span<const uint32_t
   bool must_wake = world != nullptr && !world->AreWatchesAlike();
   for (size_t n = 0; n < unit.size(); ++n) {
     ClothRuntime& cloth = *request.work().cloths[unit[n]];
-    must_wake |= request.AsksImpulses(unit[n]) && cloth.MustWakeForImpulses();
+    must_wake |=
+        request.AsksImpulses(unit[n]) && cloth.MustWakeForImpulses(request.AsksContacts(unit[n]));
     StepItem& item = items.emplace_back();
     item.cloth = cloth.handle();
     item.max_iterations = cloth.budget().Cap();
@@ -210,6 +211,7 @@ void DeviceLoop::AddItems(const ActiveRequest& request, std::span<const uint32_t
     StepItem& item = items[first + n];
     item.measure = request.IsMeasured(unit[n]) || cloth.sleep().decides_next();
     item.impulses = request.AsksImpulses(unit[n]) || cloth.WantsImpulses(has_cheap_impulses_);
+    item.contact_impulses = request.AsksContacts(unit[n]) || cloth.WantsContacts();
   }
   if (request.work().cloths[unit[0]]->sleep().is_asleep()) items.resize(first);
 }

@@ -97,8 +97,8 @@ struct ClothOutcome {
   // reached).
   std::optional<StepReport> report;
   std::vector<GripState> grips{};  // of each slot, if requested
-  // Of the last step, if requested, and the model that it was stepped with. Null: the cloth is
-  // faulted or had no step to do.
+  // Of the last step, if these or contacts are requested, and the model that it was stepped with.
+  // Null: the cloth is faulted or had no step to do.
   std::shared_ptr<const StepImpulses> impulses{};
   std::shared_ptr<const SceneModel> model{};
 };
@@ -120,6 +120,7 @@ struct StepOutcome {
   Status status;
   std::vector<ClothOutcome> cloths;  // same order as StepWork::cloths
   bool has_impulses = false;         // StepWork::impulses
+  bool has_contacts = false;         // StepWork::contacts
   StepTiming timing;
   // Set if states were requested: all cloths of the request, same order, after its last step.
   std::optional<StateColumns> states;
@@ -166,6 +167,7 @@ struct StepWork {
   bool report = false;       // measure in the last step of each cloth
   bool grip_states = false;  // ClothOutcome::grips
   bool impulses = false;     // ClothOutcome::impulses
+  bool contacts = false;     // the same, with StepImpulses::contacts
   StateFields view;          // states after the last step
   CancelToken cancel;        // takes effect after the current round
   // When the client stops waiting, by the clock of the scheduler; it must have started by then.

@@ -90,6 +90,8 @@ struct StepItem {
   // Fill StepReport::impulses. Changes no bit of a state. Where the device has no room for them
   // they are NaN, and the log says so.
   bool impulses = false;
+  // With `impulses`: StepImpulses::contacts, too.
+  bool contact_impulses = false;
   // Of the steps before this one: it is done more dissipatively if it would add too much to that
   // (EnergyLimit::Excess_j). None: this step is judged by itself.
   std::optional<EnergyBalance> energy{};

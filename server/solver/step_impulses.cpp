@@ -1,8 +1,16 @@
 #include "server/solver/step_impulses.h"
 
+#include <algorithm>
 #include <cmath>
+#include <utility>
 
 namespace drape {
+
+void SortContacts(std::vector<ParticleImpulse>& contacts) {
+  std::ranges::sort(contacts, {}, [](const ParticleImpulse& contact) {
+    return std::pair(contact.particle, contact.collider);
+  });
+}
 
 ImpulseWeights ImpulseWeightsOf(const SubstepSchedule& schedule, uint32_t index,
                                 double damping_per_s) {

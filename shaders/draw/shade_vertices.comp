@@ -57,7 +57,7 @@ float LargestStrain(DrawRecord cloth, uint particle, vec3 p) {
 
 float Value(DrawRecord cloth, uint particle, vec3 p) {
   if (colouring == DRAPE_DRAW_STRAIN) return LargestStrain(cloth, particle, p);
-  if (colouring == DRAPE_DRAW_SPEED) return length(LocalPosition(cloth.velocities, particle));
+  if (colouring == DRAPE_DRAW_SIZE) return length(LocalPosition(cloth.velocities, particle));
   return 0.0;
 }
 

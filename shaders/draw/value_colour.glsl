@@ -8,6 +8,6 @@ layout(location = DRAPE_DRAW_UNIFORM_COLOURING) uniform uint colouring;
 vec3 BaseColour(float value, vec3 colour) {
   float t = (value - frame.scale.x) * frame.scale.y;
   if (colouring == DRAPE_DRAW_STRAIN) return 0.92 * StrainColour(t);
-  if (colouring == DRAPE_DRAW_SPEED) return SpeedColour(t);
+  if (colouring == DRAPE_DRAW_SIZE) return SpeedColour(t);
   return colour;
 }

@@ -42,7 +42,7 @@
 // Kind of a value; 0 where colours do not come from values.
 #define DRAPE_DRAW_NO_VALUE 0u
 #define DRAPE_DRAW_STRAIN 1u
-#define DRAPE_DRAW_SPEED 2u
+#define DRAPE_DRAW_SIZE 2u
 #define DRAPE_DRAW_GROUPS 3u
 
 // The balls that particle_balls.vert draws.

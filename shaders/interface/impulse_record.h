@@ -16,8 +16,8 @@
   5u  // [][3] float: on the second particle of a link that is held [N s]
 // [collider_count][particle_count][6] float: impulse [N s] and its moment about the pivot [N m s]
 #define DRAPE_IMPULSE_CONTACTS 6u
-// [particle_count][DRAPE_EXACT_WORDS]: on what is held, by pairs; and of zones that end. Only of
-// cloths that touch themselves.
+// [particle_count][DRAPE_EXACT_WORDS]: on what is held, by pairs, and with HAS_CONTACTS on all; and
+// of zones that end. Only of cloths that touch themselves; behind the contacts.
 #define DRAPE_IMPULSE_EXACT_PULLS 7u
 #define DRAPE_IMPULSE_ZONE_PULLS 8u
 #define DRAPE_IMPULSE_SUMS_END 9u  // where all these end
@@ -26,9 +26,10 @@
 // [collider_count][12]; then of what is held [pin_count][DRAPE_IMPULSE_HELD_WORDS]. A vector is
 // two: what is rounded, and what that has lost.
 #define DRAPE_IMPULSE_RESULTS 11u
-#define DRAPE_IMPULSE_HAS_EXACT 12u  // 0 or 1: of a cloth that touches itself
-#define DRAPE_IMPULSE_ELASTIC_S 13u  // float: SubstepSchedule::largest_force_interval_s2 [s^2]
-#define DRAPE_IMPULSE_RECORD_WORDS 14u
+#define DRAPE_IMPULSE_HAS_EXACT 12u     // 0 or 1: of a cloth that touches itself
+#define DRAPE_IMPULSE_ELASTIC_S 13u     // float: SubstepSchedule::largest_force_interval_s2 [s^2]
+#define DRAPE_IMPULSE_HAS_CONTACTS 14u  // 0 or 1: what each particle gets is asked for
+#define DRAPE_IMPULSE_RECORD_WORDS 15u
 
 // Words of a sum of vectors in fixed point (stages/exact_pulls.glsl).
 #define DRAPE_EXACT_WORDS 9u

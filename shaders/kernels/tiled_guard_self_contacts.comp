@@ -115,8 +115,8 @@ void PushApart(uint k) {
   if (missing <= 0.0) return;  // others have pushed them
   precise vec3 push = Quotient(missing, w) * normal;
 #ifdef HAS_IMPULSES
-  if (w_i == 0.0) PullExactly(i, impulse_weight * cloth.step.inverse_h, push);
-  if (w_j == 0.0) PullExactly(j, impulse_weight * cloth.step.inverse_h, -push);
+  if (IsTold(w_i)) PullExactly(i, impulse_weight * cloth.step.inverse_h, push);
+  if (IsTold(w_j)) PullExactly(j, impulse_weight * cloth.step.inverse_h, -push);
 #endif
   if (w_i != 0.0) {
     SetPosition(i, AddScaled(Position(i), w_i, push));

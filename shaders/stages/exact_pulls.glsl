@@ -1,4 +1,4 @@
-// Impulses on what is held by several invocations at a time: sums of vectors in whole multiples of 2^-64, which are
+// Impulses on particles, mostly on what is held, by several invocations at a time: sums of vectors in whole multiples of 2^-64, which are
 // exact, so that their order is not seen; smaller parts of each are dropped. Of kernels that count in Scratch.
 #ifndef DRAPE_STAGES_EXACT_PULLS_GLSL_
 #define DRAPE_STAGES_EXACT_PULLS_GLSL_
@@ -61,12 +61,15 @@ void PullExactly(uint i, float weight, vec3 impulse) {
   AddExactly(ExactPullWord(i), weighted);
 }
 
-// What ApplyToVelocities passes on to what is held.
+// Of a particle with the inverse mass w: whether somebody asks what pairs give to it.
+bool IsTold(float w) { return w == 0.0 || ImpulseWord(DRAPE_IMPULSE_HAS_CONTACTS) != 0u; }
+
+// What ApplyToVelocities gives to particles, and passes on to what is held.
 void PullPair(uvec4 particles, vec4 weights, vec4 w, float weight, vec3 impulse) {
-  if (w.x == 0.0) PullExactly(particles.x, weight * weights.x, impulse);
-  if (w.y == 0.0) PullExactly(particles.y, weight * weights.y, impulse);
-  if (w.z == 0.0) PullExactly(particles.z, weight * weights.z, impulse);
-  if (w.w == 0.0) PullExactly(particles.w, weight * weights.w, impulse);
+  if (IsTold(w.x)) PullExactly(particles.x, weight * weights.x, impulse);
+  if (IsTold(w.y)) PullExactly(particles.y, weight * weights.y, impulse);
+  if (IsTold(w.z)) PullExactly(particles.z, weight * weights.z, impulse);
+  if (IsTold(w.w)) PullExactly(particles.w, weight * weights.w, impulse);
 }
 #endif
 #endif

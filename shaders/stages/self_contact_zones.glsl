@@ -325,6 +325,11 @@ void EndZones(uint purpose, Scales scales) {
 #ifdef HAS_IMPULSES
     precise vec3 stopped = Velocity(i) - relative;
     if (has_pins) PullZone(zone, InverseMass(i), impulse_weight, stopped);
+    if (IsTold(InverseMass(i))) {
+      precise vec3 change = (has_pins ? relative : velocity) - Velocity(i);
+      precise vec3 impulse = change / InverseMass(i);
+      PullExactly(i, impulse_weight, impulse);
+    }
 #endif
     SetVelocity(i, has_pins ? relative : velocity);
 #ifdef HAS_TWO_STEPS
@@ -334,6 +339,12 @@ void EndZones(uint purpose, Scales scales) {
 #ifdef HAS_IMPULSES
     precise vec3 stopped_before = relative - ScratchVector(cloth.scratch.previous_velocities + 3u * i);
     if (has_pins) PullZone(zone, InverseMass(i), memory_weight, stopped_before);
+    if (IsTold(InverseMass(i))) {
+      vec3 before = ScratchVector(cloth.scratch.previous_velocities + 3u * i);
+      precise vec3 change = before - (has_pins ? relative : previous);
+      precise vec3 impulse = change / InverseMass(i);
+      PullExactly(i, memory_weight, impulse);
+    }
 #endif
     SetScratchVector(cloth.scratch.previous_velocities + 3u * i, has_pins ? relative : previous);
 #endif

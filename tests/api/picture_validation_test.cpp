@@ -130,7 +130,7 @@ INSTANTIATE_TEST_SUITE_P(
                                "9 is not a known value of Colouring (MATERIAL, STRAIN"},
                     BadPicture{"RangeOfNothing",
                                [](auto& r) { r.set_colouring(v1::RenderRequest::MATERIAL); },
-                               "range", "only STRAIN and SPEED"},
+                               "range", "only STRAIN, SPEED and CONTACT"},
                     BadPicture{"HalfARange", [](auto& r) { Set(r.mutable_range(), {1}); }, "range",
                                "has 1 elements, needs 2"},
                     BadPicture{"EmptyRange",

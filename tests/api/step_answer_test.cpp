@@ -129,6 +129,31 @@ TEST(StepAnswer, InChunksIsOneAfterTheOther) {
   }
 }
 
+// Every row once, in order, in messages of bounded size, with nothing else to send or with reports.
+TEST(StepAnswer, ContactsComeAPieceWithEachMessage) {
+  constexpr int kContacts = 70'000;
+  for (const int report_count : {0, 5000}) {
+    v1::StepResponse whole = Acknowledgement(report_count);
+    v1::ContactImpulses& contacts = *whole.mutable_contact_impulses();
+    for (int row = 0; row < kContacts; ++row) {
+      contacts.add_cloth_ids(7);
+      contacts.add_particles(static_cast<uint32_t>(row));
+      contacts.add_colliders(row % 3 - 1);
+      for (int axis = 0; axis < 3; ++axis) contacts.add_impulses_n_s(3 * row + axis);
+    }
+    StepAnswer answer(whole, std::nullopt, 0);
+    v1::StepResponse joined;
+    while (answer.has_next()) {
+      const auto part = Parsed<v1::StepResponse>(answer.Next());
+      EXPECT_EQ(part.continues(), answer.has_next());
+      EXPECT_LE(part.contact_impulses().particles_size(), 32'768);
+      joined.MergeFrom(part);
+    }
+    joined.clear_continues();
+    EXPECT_TRUE(MessageDifferencer::Equals(joined, whole));
+  }
+}
+
 // A remembered answer takes no memory for its states besides that of the one that was sent.
 TEST(StepAnswer, CopiesShareTheStates) {
   const ViewSpec view{.fields = {.positions = true}};

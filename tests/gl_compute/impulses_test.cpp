@@ -21,7 +21,8 @@ StepItem Asking(ClothHandle cloth, const test::Scene& scene) {
           .pin_targets_m = scene.pin_targets_m,
           .rest_lengths_m = scene.rest_length_targets_m,
           .grips = scene.grips,
-          .impulses = true};
+          .impulses = true,
+          .contact_impulses = true};
 }
 
 std::vector<Vector3d> VectorsOf(const StepReport& report) {
@@ -32,6 +33,11 @@ std::vector<Vector3d> VectorsOf(const StepReport& report) {
   for (const ColliderImpulse& collider : report.impulses->colliders) {
     vectors.push_back(collider.impulse_n_s);
     vectors.push_back(collider.angular_impulse_n_m_s);
+  }
+  if (!report.impulses->contacts) return vectors;
+  for (const ParticleImpulse& contact : *report.impulses->contacts) {
+    vectors.push_back({double{contact.particle}, double{contact.collider}, 0});
+    vectors.push_back(contact.impulse_n_s);
   }
   return vectors;
 }
@@ -121,6 +127,12 @@ TEST(ImpulsesTest, WithoutRoomTheStepIsDoneAndTheyAreNotANumber) {
   for (const auto& of_collider : report.impulses->colliders) {
     EXPECT_TRUE(of_collider.impulse_n_s.array().isNaN().all());
     EXPECT_TRUE(of_collider.angular_impulse_n_m_s.array().isNaN().all());
+  }
+  ASSERT_TRUE(report.impulses->contacts.has_value());
+  EXPECT_EQ(report.impulses->contacts->size(),
+            scene.model->particle_count() * scene.parameters.colliders.size());
+  for (const ParticleImpulse& contact : *report.impulses->contacts) {
+    EXPECT_TRUE(contact.impulse_n_s.array().isNaN().all());
   }
   const auto roomy = MakeGlBackend();
   const ClothHandle other = test::CreateCloth(*roomy, scene);

@@ -90,6 +90,24 @@ TEST_F(ColouringTest, SpeedsHaveTheirRange) {
   EXPECT_LE(Distance(PixelOf(picture, 2, 100), PixelOf(picture, 197, 100)), 4);
 }
 
+// Vectors in place of velocities: the scale begins at 0, and its title is another.
+TEST_F(ColouringTest, ContactsAreShownFromNone) {
+  const std::vector<DrawnCloth> cloths = OneGrid(6);
+  const DrawnStates states =
+      HostStates(cloths, Upright, [](const Vector3d& p) { return 0.002 + 0.004 * p.x(); });
+  PictureSpec spec = Close(Colouring::kContact);
+  const Picture picture = Draw(spec, cloths, states);
+  EXPECT_EQ(picture.range.low, 0);
+  EXPECT_NEAR(picture.range.high, 0.006, 1e-8);
+  EXPECT_GT(PixelOf(picture, 197, 100).green, PixelOf(picture, 2, 100).green + 60);
+  spec.colouring = Colouring::kSpeed;
+  spec.range = picture.range;
+  spec.has_legend = true;
+  const Picture speeds = Draw(spec, cloths, states);
+  spec.colouring = Colouring::kContact;
+  EXPECT_GT(Difference(speeds, Draw(spec, cloths, states), 2).count, 0u) << "the same legend";
+}
+
 int SrgbByte(float linear) {
   const double srgb =
       linear <= 0.0031308 ? 12.92 * linear : 1.055 * std::pow(linear, 1 / 2.4) - 0.055;
@@ -120,7 +138,8 @@ TEST_F(ColouringTest, LegendsAreShownUnlessHidden) {
   const std::vector<DrawnCloth> cloths = OneGrid(6);
   const DrawnStates states = HostStates(cloths, Upright, [](const Vector3d&) { return 1.0; });
   for (const Colouring colouring :
-       {Colouring::kMaterial, Colouring::kStrain, Colouring::kColourGroup, Colouring::kSpeed}) {
+       {Colouring::kMaterial, Colouring::kStrain, Colouring::kColourGroup, Colouring::kSpeed,
+        Colouring::kContact}) {
     PictureSpec spec = SmallSpec(480, 360);
     spec.camera = FrontCamera({0.5, 0.5, 0}, 10, 2);
     spec.colouring = colouring;

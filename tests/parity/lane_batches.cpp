@@ -65,7 +65,10 @@ std::vector<LaneOutcome> StepTogether(Backend& backend, const std::vector<Scene>
   }
   std::vector<LaneOutcome> outcomes(scenes.size());
   for (size_t step = 0; step < kSteps; ++step) {
-    for (size_t k = 0; k < items.size(); ++k) items[k].impulses = (first + k + step) % 3 != 1;
+    for (size_t k = 0; k < items.size(); ++k) {
+      items[k].impulses = (first + k + step) % 3 != 1;
+      items[k].contact_impulses = (first + k + step) % 4 < 2;
+    }
     const BatchReport batch = backend.Step(items);
     for (size_t k = 0; k < items.size(); ++k) {
       const StepReport& report = batch.reports[k];

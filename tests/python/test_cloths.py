@@ -416,6 +416,22 @@ def test_impulses_are_the_weight_of_what_hangs_and_lies(session):
     assert one.pins.shape == (1, 6, 3)
 
 
+def test_contacts_of_a_sheet_that_lies_are_its_weight(session):
+    spec = sheet()
+    spec.environment.colliders.add().plane.MergeFrom(drape.v1.Plane(point_m=[0, 0, 0], normal=[0, 1, 0]))
+    cloths = session.create(spec, count=2)
+    assert cloths.step().contacts is None
+    contacts = cloths.step(contacts=True, view=None).contacts
+    assert contacts.cloths.tolist() == [0] * 36 + [1] * 36
+    assert contacts.particles.tolist() == 2 * list(range(36)) and (contacts.colliders == 0).all()
+    weight = 0.2 * 9.81 / 60
+    assert np.allclose(contacts.of_colliders().sum(axis=1), [0, weight, 0], atol=1e-3 * weight)
+    assert contacts.of_cloth().shape == (2, 36, 3) and not contacts.of_cloth().any()
+    answer = cloths.step(contacts=True, impulses=True, ids=[1])
+    assert np.allclose(answer.contacts.of_colliders().sum(axis=1), -answer.impulses.colliders[:, 0], atol=1e-6 * weight)
+    assert answer.positions.shape == (1, 36, 3) and answer.contacts.of_colliders().shape == (1, 36, 3)
+
+
 def test_impulses_of_a_batch_with_a_cloth_that_is_done_are_nan_there(session, spec):
     cloths = session.create(spec, count=2)
     cloths.step(ids=[1])

@@ -197,7 +197,11 @@ def test_cloths_of_a_world_rest_on_each_other(client, session):
     with pytest.raises(drape.FailedPrecondition, match=str(upper.ids[0])) as refused:
         lower.step()
     assert refused.value.reason == "WORLD_INCOMPLETE" and "session.step steps batches of one world" in str(refused.value)
-    answers = session.step([upper, lower], 60, report=True)
+    by_upper, by_lower = (answer.contacts for answer in session.step([upper, lower], 30, contacts=True))
+    assert set(by_upper.colliders.tolist()) == {-1} and set(by_lower.colliders.tolist()) == {-1, 0}
+    forces = by_upper.of_cloth().sum((0, 1)), by_lower.of_cloth().sum((0, 1))
+    assert np.allclose(forces[0], -forces[1], atol=1e-5 * np.abs(by_lower.impulses).sum())
+    answers = session.step([upper, lower], 30, report=True)
     assert [answer.step_count.tolist() for answer in answers] == [[60], [60]]
     assert answers[0].reports[0].cloth_id == upper.ids[0] and answers[1].reports[0].near_pairs > 0
     assert abs(upper.positions[0, :, 1].mean() - lower.positions[0, :, 1].mean() - 0.004) < 4e-4

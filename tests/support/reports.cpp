@@ -53,6 +53,11 @@ std::vector<Eigen::Vector3d> VectorsOf(const StepImpulses& impulses) {
   }
   for (const auto& pin : impulses.pins_n_s) vectors.push_back(pin);
   for (const auto& grip : impulses.grips_n_s) vectors.push_back(grip);
+  if (!impulses.contacts) return vectors;
+  for (const ParticleImpulse& contact : *impulses.contacts) {
+    vectors.push_back({double{contact.particle}, double{contact.collider}, 0});
+    vectors.push_back(contact.impulse_n_s);
+  }
   return vectors;
 }
 
@@ -60,6 +65,9 @@ std::string DifferenceOfImpulses(const StepReport& actual, const StepReport& exp
   const bool has_some = actual.impulses != nullptr;
   if (has_some != (expected.impulses != nullptr)) return "one has no impulses; ";
   if (!has_some) return "";
+  if (actual.impulses->contacts.has_value() != expected.impulses->contacts.has_value()) {
+    return "one has no contacts; ";
+  }
   const auto vectors = VectorsOf(*actual.impulses), others = VectorsOf(*expected.impulses);
   if (vectors.size() != others.size()) return "different numbers of impulses; ";
   std::ostringstream text;

@@ -121,6 +121,73 @@ TEST_P(ImpulseCalls, AGripOpensAboveItsLargestForce) {
   EXPECT_EQ(answer.grips().particles(0), -1);
 }
 
+// Sheets of 5 x 5 that lie on a table, ten metres apart.
+class ContactCalls : public ImpulseCalls {
+ protected:
+  Ids Lying(uint32_t count) {
+    v1::CreateClothsRequest creation = Sheets(count);
+    creation.mutable_spec()->clear_pins();
+    v1::Plane& table =
+        *creation.mutable_spec()->mutable_environment()->mutable_colliders(0)->mutable_plane();
+    table.clear_point_m();
+    table.clear_normal();
+    for (const double x : {0.0, 0.0, 0.0}) table.add_point_m(x);
+    for (const double x : {0.0, 1.0, 0.0}) table.add_normal(x);
+    return Create(*stub_, creation);
+  }
+  v1::StepRequest AskingForContacts(const Ids& ids, uint32_t steps = 1) const {
+    v1::StepRequest request = StepsOf(session_, ids, steps);
+    request.set_contact_impulses(true);
+    return request;
+  }
+};
+INSTANTIATE_TEST_SUITE_P(Backends, ContactCalls, testing::ValuesIn(BackendNames()),
+                         [](const auto& test) { return test.param; });
+
+TEST_P(ContactCalls, RowsNameParticleAndCollider) {
+  const Ids ids = Lying(2);
+  const v1::StepResponse answer = Step(*stub_, AskingForContacts(ids, 2));
+  EXPECT_FALSE(answer.has_collider_impulses()) << "nobody asked for them";
+  const v1::ContactImpulses& contacts = answer.contact_impulses();
+  ASSERT_THAT(contacts.particles(), SizeIs(50));
+  ASSERT_THAT(contacts.impulses_n_s(), SizeIs(150));
+  double sum = 0;
+  for (int row = 0; row < 50; ++row) {
+    EXPECT_EQ(contacts.cloth_ids(row), ids[row / 25]);
+    EXPECT_EQ(contacts.particles(row), static_cast<uint32_t>(row % 25));
+    EXPECT_EQ(contacts.colliders(row), 0);
+    // The same in every environment, as the states are.
+    EXPECT_EQ(contacts.impulses_n_s(3 * row + 1), contacts.impulses_n_s(3 * (row % 25) + 1));
+    if (row < 25) sum += contacts.impulses_n_s(3 * row + 1);
+  }
+  EXPECT_NEAR(sum, 0.2 * kG / 60, 1e-3 * 0.2 * kG / 60);
+}
+
+TEST_P(ContactCalls, NobodyWhoDoesNotAskGetsAny) {
+  const Ids ids = Lying(1);
+  EXPECT_FALSE(Step(*stub_, Asking(ids)).has_contact_impulses());
+}
+
+// One that fell asleep when nobody had asked wakes once; then it sleeps on while it is asked.
+TEST_P(ContactCalls, ASheetAsleepIsStillCarried) {
+  const Ids ids = Lying(1);
+  const auto is_asleep_after = [&](v1::StepRequest request) {
+    request.set_report(true);
+    for (int step = 0; step < 400; ++step) {
+      if (Step(*stub_, request).reports(0).asleep()) return true;
+    }
+    return false;
+  };
+  ASSERT_TRUE(is_asleep_after(StepsOf(session_, ids, 10)));
+  v1::StepRequest request = AskingForContacts(ids);
+  request.set_report(true);
+  EXPECT_FALSE(Step(*stub_, request).reports(0).asleep()) << "nobody had asked";
+  ASSERT_TRUE(is_asleep_after(AskingForContacts(ids)));
+  const v1::StepResponse answer = Step(*stub_, request);
+  EXPECT_TRUE(answer.reports(0).asleep());
+  EXPECT_THAT(answer.contact_impulses().particles(), SizeIs(25));
+}
+
 // At rest a sheet sleeps, and pulls as before, whether anybody asked before it slept or not.
 TEST_P(ImpulseCalls, ASheetAsleepStillWeighs) {
   for (const bool is_asked : {true, false}) {

@@ -2,7 +2,9 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <atomic>
+#include <cmath>
 #include <thread>
 
 #include "tests/api/requests.h"
@@ -54,6 +56,39 @@ class Render : public testing::TestWithParam<std::string> {
   std::unique_ptr<Stub> stub_;
   std::string session_;
 };
+
+// Only what the last step told can be shown.
+TEST_P(Render, ContactsAreThoseOfTheLastStep) {
+  v1::CreateClothsRequest creation = HangingSheet(session_, 5, 1);
+  creation.mutable_spec()->clear_pins();
+  v1::Plane& floor =
+      *creation.mutable_spec()->mutable_environment()->add_colliders()->mutable_plane();
+  for (const double x : {0.0, 0.0, 0.0}) floor.add_point_m(x);
+  for (const double x : {0.0, 1.0, 0.0}) floor.add_normal(x);
+  const Ids ids = Create(*stub_, creation);
+  v1::RenderRequest picture = Picture(ids);
+  picture.set_colouring(v1::RenderRequest::CONTACT);
+  v1::StepRequest step = StepsOf(session_, ids, 2);
+  Step(*stub_, step);
+  EXPECT_EQ(ReasonOf(Refusal(picture)), "NO_CONTACTS");
+  step.set_contact_impulses(true);
+  const v1::ContactImpulses contacts = Step(*stub_, step).contact_impulses();
+  double largest_n_s = 0;
+  for (int row = 0; row < contacts.particles_size(); ++row) {
+    largest_n_s = std::max(
+        largest_n_s, std::hypot(contacts.impulses_n_s(3 * row), contacts.impulses_n_s(3 * row + 1),
+                                contacts.impulses_n_s(3 * row + 2)));
+  }
+  ASSERT_GT(largest_n_s, 0);
+  const v1::RenderResponse drawn = Draw(picture);
+  EXPECT_THAT(drawn.range(),
+              ElementsAre(0, testing::DoubleNear(60 * largest_n_s, 1e-5 * 60 * largest_n_s)));
+  v1::ResetClothsRequest reset;
+  reset.set_session(session_);
+  reset.mutable_cloth_ids()->Assign(ids.begin(), ids.end());
+  ASSERT_TRUE(Call(*stub_, &Stub::ResetCloths, reset).status.ok());
+  EXPECT_EQ(ReasonOf(Refusal(picture)), "NO_CONTACTS") << "they were of another state";
+}
 
 TEST_P(Render, AClothIsSeenFromTheCameraThatWasFitted) {
   const Ids ids = Create(*stub_, HangingSheet(session_));

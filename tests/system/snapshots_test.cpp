@@ -117,6 +117,39 @@ class Snapshots : public testing::TestWithParam<std::string> {};
 INSTANTIATE_TEST_SUITE_P(Backends, Snapshots, testing::ValuesIn(BackendNames()),
                          [](const auto& test) { return test.param; });
 
+// What it touches as it sleeps it tells elsewhere, too, without being woken.
+TEST_P(Snapshots, ASheetAsleepKeepsItsContacts) {
+  Side here(GetParam()), there(GetParam());
+  v1::CreateClothsRequest creation = HangingSheet(here.session, 5, 1);
+  creation.mutable_spec()->clear_pins();
+  v1::Plane& table =
+      *creation.mutable_spec()->mutable_environment()->add_colliders()->mutable_plane();
+  for (const double x : {0.0, 0.0, 0.0}) table.add_point_m(x);
+  for (const double x : {0.0, 1.0, 0.0}) table.add_normal(x);
+  const Ids ids = Create(*here.stub, creation);
+  const auto asking = [](Side& side, const Ids& cloths) {
+    v1::StepRequest request = StepsOf(side.session, cloths, 1);
+    request.set_contact_impulses(true);
+    request.set_report(true);
+    return request;
+  };
+  bool is_asleep = false;
+  for (int step = 0; step < 600 && !is_asleep; ++step) {
+    is_asleep = Step(*here.stub, asking(here, ids)).reports(0).asleep();
+  }
+  ASSERT_TRUE(is_asleep);
+  Save(here, "asleep", ids);
+  const Ids others = IdsOf(Import(there, Export(here, "asleep").value));
+  const v1::StepResponse expected = Step(*here.stub, asking(here, ids));
+  const v1::StepResponse actual = Step(*there.stub, asking(there, others));
+  EXPECT_TRUE(actual.reports(0).asleep());
+  EXPECT_EQ(actual.contact_impulses().particles_size(), 25);
+  EXPECT_EQ(std::vector<double>(actual.contact_impulses().impulses_n_s().begin(),
+                                actual.contact_impulses().impulses_n_s().end()),
+            std::vector<double>(expected.contact_impulses().impulses_n_s().begin(),
+                                expected.contact_impulses().impulses_n_s().end()));
+}
+
 void ExpectGoingOnElsewhere(const std::string& backend, uint32_t first_seed, uint32_t seeds) {
   Side here(backend), there(backend);
   for (uint32_t seed = first_seed; seed < first_seed + seeds; ++seed) {
@@ -384,6 +417,13 @@ TEST_F(SnapshotBytes, WhatCannotBeOfAClothIsRefused) {
               for (int k = 0; k < 2; ++k) report->add_gripped_particles(0);  // max_grips is 1
             }),
             "cloths[1].runtime.sleep.report.gripped_particles");
+  EXPECT_EQ(refused([](Cloth& c, Parts&) {
+              auto* report = c.mutable_runtime()->mutable_sleep()->mutable_report();
+              report->set_has_contacts(true);
+              report->add_contact_particles(1'000'000);
+              report->add_contact_colliders(0);
+            }),
+            "cloths[1].runtime.sleep.report.contact_particles");
   EXPECT_EQ(refused([](Cloth& c, Parts&) { c.mutable_runtime()->set_base_steps(3); }),
             "cloths[1].runtime.base_steps");
   EXPECT_EQ(refused([](Cloth& c, Parts&) { c.mutable_spec()->mutable_pins()->RemoveLast(); }),

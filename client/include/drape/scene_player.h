@@ -49,10 +49,11 @@ class ScenePlayer {
   // Does up to `steps` steps, as many as remain, in as many requests as controls and limits
   // require; one takes about half a second at most. `should_stop` is called after each request;
   // once it returns true, one more step is the last. `has_impulses`: only of servers with
-  // ServerInfo.has_impulses.
+  // ServerInfo.has_impulses. `has_contacts`: the last step is asked for contact impulses, which
+  // pictures by CONTACT show.
   AdvanceResult Advance(uint64_t steps, bool has_reports,
                         const std::function<bool()>& should_stop = nullptr,
-                        bool has_impulses = false);
+                        bool has_impulses = false, bool has_contacts = false);
 
  private:
   void CreateEntry(int entry);

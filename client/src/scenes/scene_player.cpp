@@ -196,7 +196,8 @@ void ScenePlayer::AdaptRequests(uint64_t steps, double wait_s) {
 }
 
 AdvanceResult ScenePlayer::Advance(uint64_t steps, bool has_reports,
-                                   const std::function<bool()>& should_stop, bool has_impulses) {
+                                   const std::function<bool()>& should_stop, bool has_impulses,
+                                   bool has_contacts) {
   uint64_t end = step_ + std::min(steps, step_count_ - step_);
   uint64_t max_steps = limits_.max_steps_per_request();
   if (max_steps == 0) max_steps = std::numeric_limits<uint32_t>::max();
@@ -213,6 +214,7 @@ AdvanceResult ScenePlayer::Advance(uint64_t steps, bool has_reports,
     request.set_expected_step(step_);
     request.set_report(has_reports && until == end);
     request.set_impulses(has_impulses && until == end);
+    request.set_contact_impulses(has_contacts && until == end);
 
     const auto start = std::chrono::steady_clock::now();
     v1::StepResponse response = session_.Step(std::move(request));

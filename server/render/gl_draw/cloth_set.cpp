@@ -93,7 +93,8 @@ GLuint ColouringNumber(Colouring colouring) {
     case Colouring::kColourGroup:
       return DRAPE_DRAW_GROUPS;
     case Colouring::kSpeed:
-      return DRAPE_DRAW_SPEED;
+    case Colouring::kContact:
+      return DRAPE_DRAW_SIZE;
   }
   return DRAPE_DRAW_NO_VALUE;
 }
@@ -188,7 +189,7 @@ Status ClothSet::AddRecords(bool is_tiled, std::span<const DrawnCloth> cloths,
 }
 
 Status ClothSet::LoadStates(const DrawnStates& states, int64_t max_block_bytes) {
-  const size_t columns = colouring_ == Colouring::kSpeed ? 2 : 1;
+  const size_t columns = ColouringNumber(colouring_) == DRAPE_DRAW_SIZE ? 2 : 1;
   const size_t bytes = columns * 3 * sizeof(float) * particle_count_;
   if (states.device) {
     const uint32_t row_total = std::max(states.row_total, particle_count_);

@@ -129,8 +129,11 @@ std::vector<shader::LabelRecord> LayOutScale(const PictureSpec& spec, const Valu
                                              const GlyphAtlas& glyphs) {
   const LegendLengths lengths(glyphs);
   const bool is_strain = spec.colouring == Colouring::kStrain;
-  const double unit = is_strain ? 100 : 1;
-  const std::string_view title = is_strain ? "strain [%]" : "speed [m/s]";
+  const bool is_contact = spec.colouring == Colouring::kContact;
+  const double unit = is_strain ? 100 : is_contact ? 1000 : 1;
+  const std::string_view title = is_strain    ? "strain [%]"
+                                 : is_contact ? "contact [mN]"
+                                              : "speed [m/s]";
   const std::vector<Tick> ticks = RoundTicks(unit * range.low, unit * range.high);
   float label_width = 0;
   for (const Tick& tick : ticks) label_width = std::max(label_width, glyphs.WidthOf(tick.label));
@@ -238,6 +241,7 @@ std::vector<shader::LabelRecord> LayOutLegend(const PictureSpec& spec, const Val
       break;
     case Colouring::kStrain:
     case Colouring::kSpeed:
+    case Colouring::kContact:
       labels = LayOutScale(spec, range, glyphs);
       break;
   }

@@ -74,6 +74,7 @@ void SceneView::PlaceShadow(const shader::vec4& cell, uint32_t map_size_px) {
 ValueRange ScaleRange(const PictureSpec& spec, const ValueRange& values) {
   constexpr double kLeastStrain = 1e-4;
   constexpr double kLeastSpeed_m_per_s = 1e-3;
+  constexpr double kLeastForce_n = 1e-6;
   switch (spec.colouring) {
     case Colouring::kMaterial:
     case Colouring::kColourGroup:
@@ -86,6 +87,9 @@ ValueRange ScaleRange(const PictureSpec& spec, const ValueRange& values) {
     case Colouring::kSpeed:
       if (spec.range) return *spec.range;
       return {values.low, std::max(values.high, values.low + kLeastSpeed_m_per_s)};
+    case Colouring::kContact:
+      if (spec.range) return *spec.range;
+      return {0, std::max(values.high, kLeastForce_n)};
   }
   return {};
 }

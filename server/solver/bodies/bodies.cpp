@@ -148,6 +148,20 @@ FaultReason Bodies::Fault() const {
   return fault;
 }
 
+void Bodies::KeepContacts() {
+  for (Body& body : bodies_) body.contacts.KeepOfParticles();
+}
+
+void Bodies::AddContacts(std::vector<ParticleImpulse>& contacts) const {
+  for (const Body& body : bodies_) {
+    const std::vector<Vector3d>& given = body.contacts.of_particles();
+    for (uint32_t i = 0; i < given.size(); ++i) {
+      if (!given[i].isZero(0)) contacts.push_back({i, body.collider, given[i]});
+    }
+  }
+  SortContacts(contacts);
+}
+
 void Bodies::AddImpulses(std::vector<ColliderImpulse>& given) const {
   const auto add = [&](size_t c, const ColliderImpulse& impulse) {
     given[c].impulse_n_s += impulse.impulse_n_s;

@@ -73,6 +73,10 @@ class Bodies {
   FaultReason Fault() const;
   // What the cloth gave to bodies, and bodies to colliders, in `given` [collider_count].
   void AddImpulses(std::vector<ColliderImpulse>& given) const;
+  // Before a step: AddContacts has something to tell after it.
+  void KeepContacts();
+  // What bodies gave to particles, added to `contacts` and sorted.
+  void AddContacts(std::vector<ParticleImpulse>& contacts) const;
 
  private:
   struct Body {

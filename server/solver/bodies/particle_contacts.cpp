@@ -50,6 +50,7 @@ void ParticleContacts::Apply(PlacedCollider& body, const Particle& particle,
   velocity += impulse / particle.mass_kg;
   body.Push(-impulse, arm_m);
   last_impulse_ += impulse;
+  if (!of_particles_.empty()) of_particles_[particle.index] += impulse;
   given_.impulse_n_s -= impulse;
   given_.angular_impulse_n_m_s -= arm_m.cross(impulse);
 }

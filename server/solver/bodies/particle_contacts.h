@@ -29,6 +29,8 @@ class ParticleContacts {
   ParticleContacts(size_t particle_count, double round_off)
       : places_(particle_count), round_off_(round_off) {}
 
+  // From now on keeps what each particle gets.
+  void KeepOfParticles() { of_particles_.assign(places_.size(), Eigen::Vector3d::Zero()); }
   // A substep begins: nothing touches.
   void Begin();
   // Before the substep: how fast a particle with velocity v leaves the body if it hits it.
@@ -51,6 +53,8 @@ class ParticleContacts {
   const Eigen::Vector3d& last_impulse() const { return last_impulse_; }
   // What the cloth gave to the body in all substeps so far, the moment about its centre.
   const ColliderImpulse& given() const { return given_; }
+  // What the body gave to each particle in all substeps so far [N s]; empty: not kept.
+  const std::vector<Eigen::Vector3d>& of_particles() const { return of_particles_; }
 
  private:
   // Impulses in this substep [N s].
@@ -76,6 +80,7 @@ class ParticleContacts {
   std::vector<uint32_t> places_;  // [particle_count]: from 1; 0: no contact
   double round_off_;
   ColliderImpulse given_;
+  std::vector<Eigen::Vector3d> of_particles_;
   Eigen::Vector3d last_impulse_ = Eigen::Vector3d::Zero();
 };
 

@@ -199,6 +199,7 @@ StepContext ContextOf(Cloth& cloth, const StepItem& item, const Scheme& scheme,
   context.surface_parts = cloth.surface_parts.get();
   context.may_cross_itself = cloth.may_cross_itself;
   context.asks_for_impulses = item.impulses;
+  context.asks_for_contacts = item.impulses && item.contact_impulses;
   context.colliders = cloth.parameters.colliders;
   context.energy = item.energy;
   if (context.surface_parts != nullptr) context.edges = EdgesOf(cloth, context.held);

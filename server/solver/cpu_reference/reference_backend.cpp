@@ -261,7 +261,10 @@ class ReferenceBackend final : public Backend {
   }
 
   static AskedOfStep AskedBy(const StepItem& item) {
-    return {.measure = item.measure, .impulses = item.impulses, .energy = item.energy};
+    return {.measure = item.measure,
+            .impulses = item.impulses,
+            .contact_impulses = item.contact_impulses,
+            .energy = item.energy};
   }
 
   // Sets the targets of pins, lengths and colliders in a step.

@@ -57,6 +57,7 @@ class PressedCloth {
     if (context_.impulses == nullptr) return;
     context_.impulses->ToCollider(support.collider, impulse,
                                   place - context_.colliders.PivotAtEnd(support.collider));
+    context_.impulses->OnParticle(i, support.collider, -impulse);
   }
   void PassOn(size_t k, uint32_t i) { context_.Pull(i, context_.bodies.LastImpulse(k)); }
 

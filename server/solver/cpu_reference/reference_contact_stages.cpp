@@ -42,8 +42,9 @@ double NormalImpulse(const StepContext& context, uint32_t i, size_t c, double no
 void PushCollider(const StepContext& context, uint32_t i, size_t c, const Vector3d& place,
                   const Vector3d& velocity_change) {
   if (context.impulses == nullptr) return;
-  context.impulses->ToCollider(c, -context.model.masses_kg()[i] * velocity_change,
-                               place - context.colliders.PivotAtEnd(c));
+  const Vector3d impulse = context.model.masses_kg()[i] * velocity_change;
+  context.impulses->ToCollider(c, -impulse, place - context.colliders.PivotAtEnd(c));
+  context.impulses->OnParticle(i, c, impulse);
 }
 
 // Relative to the surface of collider c when this substep began, with two steps.
@@ -131,8 +132,9 @@ void ForgetFlight(StepContext& context, uint32_t i, size_t c) {
   const Vector3d& p = context.state.positions_m[i];
   if (context.impulses != nullptr) {
     const Vector3d change = v - h * g - context.previous.velocities_m_per_s[i];
-    context.impulses->ToColliderInMemory(c, context.model.masses_kg()[i] * change,
-                                         p - context.colliders.PivotAtEnd(c));
+    const Vector3d impulse = context.model.masses_kg()[i] * change;
+    context.impulses->ToColliderInMemory(c, impulse, p - context.colliders.PivotAtEnd(c));
+    context.impulses->OnParticleInMemory(i, c, -impulse);
   }
   context.previous.positions_m[i] = p - h * (v - h / 2 * g);
   context.previous.velocities_m_per_s[i] = v - h * g;

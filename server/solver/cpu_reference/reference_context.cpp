@@ -41,8 +41,11 @@ StepContext::StepContext(const SteppedReference& stepped, const ClothParameters&
       base(model.particle_count()),
       u(model.particle_count()),
       a(model.particle_count()),
-      impulses(stepped.asked.impulses ? std::make_unique<ImpulseSums>(model, held, colliders.size())
-                                      : nullptr) {
+      impulses(stepped.asked.impulses
+                   ? std::make_unique<ImpulseSums>(model, held, colliders.size(),
+                                                   stepped.asked.contact_impulses)
+                   : nullptr) {
+  if (stepped.asked.contact_impulses) bodies.KeepContacts();
   surface_contacts.Begin(*this, stepped.cloth->surface_parts.get());
 }
 

@@ -146,7 +146,9 @@ bool ReferenceSelfContacts::Solve(StepContexts& contexts) {
     least_m = std::min(least_m, context.plan.tolerance * context.model.length_scale_m());
   }
   const double h = contexts[0].h;
+  const std::vector<SelfVector> before = u;
   const bool has_changed = contacts_.Solve(starts_.data(), base.data(), u.data(), h, least_m / h);
+  TellChanges(contexts, before, u, false);
   Scatter(u, contexts, Kind::kVelocities, MeanVelocities);
   return has_changed;
 }
@@ -175,8 +177,11 @@ void ReferenceSelfContacts::Guard(StepContexts& contexts) {
     motion.previous_velocities = previous_velocities;
     motion.previous_positions = previous_positions;
   }
+  const std::vector<SelfVector> before = velocities, before_previous = previous_velocities;
   has_failed_ |= !contacts_.Guard(motion);
   TakePulls(contexts);
+  TellChanges(contexts, before, velocities, false);
+  TellChanges(contexts, before_previous, previous_velocities, true);
   Scatter(ends, contexts, Kind::kPlaces, Positions);
   Scatter(velocities, contexts, Kind::kVelocities, Velocities);
   if (!substep.is_two_step) return;
@@ -193,12 +198,37 @@ void ReferenceSelfContacts::TakePulls(const StepContexts& contexts) {
         const size_t i = first + held.particle;
         context.impulses->ToHeld(held.particle, FromVector(pulls_[i]));
         context.impulses->ToHeldInMemory(held.particle, FromVector(pulls_in_memory_[i]));
+        context.impulses->OnParticle(held.particle, ParticleImpulse::kCloth, FromVector(pulls_[i]));
+        context.impulses->OnParticleInMemory(held.particle, ParticleImpulse::kCloth,
+                                             FromVector(pulls_in_memory_[i]));
       }
     }
     first += context.model.particle_count();
   }
   std::ranges::fill(pulls_, SelfVector{});
   std::ranges::fill(pulls_in_memory_, SelfVector{});
+}
+
+void ReferenceSelfContacts::TellChanges(const StepContexts& contexts,
+                                        const std::vector<SelfVector>& before,
+                                        const std::vector<SelfVector>& after,
+                                        bool in_memory) const {
+  size_t first = 0;
+  for (const StepContext& context : contexts) {
+    const uint32_t count = context.model.particle_count();
+    const bool is_asked = context.impulses != nullptr && context.impulses->has_contacts();
+    for (uint32_t i = 0; is_asked && i < count; ++i) {
+      if (context.w[i] == 0) continue;
+      const double mass_kg = context.model.masses_kg()[i];
+      const Vector3d impulse = mass_kg * FromVector(after[first + i] - before[first + i]);
+      if (in_memory) {
+        context.impulses->OnParticleInMemory(i, ParticleImpulse::kCloth, -impulse);
+      } else {
+        context.impulses->OnParticle(i, ParticleImpulse::kCloth, impulse);
+      }
+    }
+    first += count;
+  }
 }
 
 std::vector<self_contact::SelfContactMeasures> MeasureSelfContacts(

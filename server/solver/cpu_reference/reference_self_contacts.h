@@ -42,6 +42,10 @@ class ReferenceSelfContacts {
 
  private:
   void TakePulls(const StepContexts& contexts);
+  // What contacts have changed the velocities of free particles by: those of the substep, and those
+  // before it. Gathered as by Gather.
+  void TellChanges(const StepContexts& contexts, const std::vector<SelfVector>& before,
+                   const std::vector<SelfVector>& after, bool in_memory) const;
 
   const ContactSurface* surface_ = nullptr;
   self_contact::SelfContacts<SelfVector> contacts_;

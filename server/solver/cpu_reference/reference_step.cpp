@@ -399,6 +399,7 @@ bool ReferenceStep::End(std::vector<StepReport>& reports, Interruption* interrup
       StepImpulses total = context.impulses->Total(cloth.state, context.state,
                                                    cloth.parameters.gravity_m_per_s2, time_step_s);
       context.bodies.AddImpulses(total.colliders);
+      if (total.contacts) context.bodies.AddContacts(*total.contacts);
       report.impulses = std::make_shared<StepImpulses>(std::move(total));
     }
     cloth.state = context.state;  // commit

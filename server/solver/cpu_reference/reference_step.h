@@ -19,6 +19,7 @@ namespace drape {
 struct AskedOfStep {
   bool measure = false;                   // StepReport::measured
   bool impulses = false;                  // StepReport::impulses
+  bool contact_impulses = false;          // StepImpulses::contacts
   std::optional<EnergyBalance> energy{};  // StepItem::energy
 };
 

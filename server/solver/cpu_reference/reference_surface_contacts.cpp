@@ -116,6 +116,8 @@ void ReferenceSurfaceContacts::PassOn(const StepContext& context) const {
     for (uint32_t k = 0; k < contact.count; ++k) {
       const uint32_t i = contact.particles[k];
       place += contact.weights[k] * context.state.positions_m[i];
+      context.impulses->OnParticle(i, collider, contact.weights[k] * given);
+      context.impulses->OnParticleInMemory(i, collider, -contact.weights[k] * in_memory);
       if (context.w[i] != 0) continue;
       context.impulses->ToHeld(i, contact.weights[k] * given);
       context.impulses->ToHeldInMemory(i, -contact.weights[k] * in_memory);

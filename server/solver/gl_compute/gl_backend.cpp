@@ -268,10 +268,10 @@ void GlBackend::SetTargets(const StepItem& item, GlCloth& cloth) {
   }
   Words().WriteMotions(cloth, cloth.parameters.collider_motions);
   const uint32_t max_iterations = IterationsOf(item, cloth.parameters.settings);
-  if (max_iterations != cloth.max_iterations) {
-    cloth.max_iterations = max_iterations;
-    WriteRecord(item.cloth.slot);
-  }
+  const bool tells_contacts = item.impulses && item.contact_impulses;
+  bool is_other = std::exchange(cloth.max_iterations, max_iterations) != max_iterations;
+  is_other |= std::exchange(cloth.tells_contacts, tells_contacts) != tells_contacts;
+  if (is_other) WriteRecord(item.cloth.slot);
   cloth.tells_impulses = item.impulses && HasRoomForImpulses(item.cloth);
   FindCrossingParts(cloth);
 }

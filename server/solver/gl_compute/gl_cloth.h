@@ -80,6 +80,7 @@ struct GlCloth : GlScheme {
   bool are_lengths_moving = false;  // the last step changed them
 
   bool tells_impulses = false;      // the step under way does
+  bool tells_contacts = false;      // it is asked for those of each particle, too
   bool has_warned_of_room = false;  // that there is none for impulses
 
   GlScheme& scheme() { return *this; }

@@ -1,6 +1,7 @@
 #include "server/solver/gl_compute/impulse_read.h"
 
 #include <map>
+#include <utility>
 
 namespace drape {
 
@@ -20,17 +21,22 @@ std::vector<std::shared_ptr<const StepImpulses>> ReadImpulses(
     size_t count = 0;
     for (const size_t k : places) {
       const ResultWords words = ImpulseResultsOf(*cloths[k]);
+      const ResultWords contacts = ContactWordsOf(*cloths[k]);
       columns.push_back({words.begin, words.count});
-      count += words.count;
+      columns.push_back({contacts.begin, contacts.count});
+      count += words.count + contacts.count;
     }
     std::vector<float> results(count);
     reader.Begin(arrays.scratch.buffer(array), columns).Take({results});
     std::span<const float> left(results);
     for (size_t n = 0; n < places.size(); ++n) {
       const GlCloth& cloth = *cloths[places[n]];
-      impulses[places[n]] =
-          std::make_shared<StepImpulses>(ImpulsesFrom(cloth, left.first(columns[n].count)));
-      left = left.subspan(columns[n].count);
+      const auto take = [&](const StateColumn& column) {
+        return std::exchange(left, left.subspan(column.count)).first(column.count);
+      };
+      const std::span<const float> sums = take(columns[2 * n]);
+      const std::span<const float> contacts = take(columns[2 * n + 1]);
+      impulses[places[n]] = std::make_shared<StepImpulses>(ImpulsesFrom(cloth, sums, contacts));
     }
   }
   return impulses;

@@ -79,6 +79,7 @@ std::vector<uint32_t> PackImpulses(const GlCloth& cloth) {
   record[DRAPE_IMPULSE_LISTS] = room.lists->words.begin() + cloth.particle_count() + 1;
   record[DRAPE_IMPULSE_WEIGHTS] = room.words.begin() + DRAPE_IMPULSE_RECORD_WORDS;
   record[DRAPE_IMPULSE_PIVOTS] = record[DRAPE_IMPULSE_WEIGHTS] + 2 * schedule.size();
+  record[DRAPE_IMPULSE_HAS_CONTACTS] = cloth.tells_contacts ? 1 : 0;
   record[DRAPE_IMPULSE_ELASTIC_S] = FloatWord(schedule.largest_force_interval_s2());
   std::vector<uint32_t> words(record.begin(), record.end());
   for (uint32_t index = 0; index < schedule.size(); ++index) {
@@ -98,13 +99,45 @@ ResultWords ImpulseResultsOf(const GlCloth& cloth) {
           static_cast<uint32_t>(ResultCount(*cloth.model->model, cloth.parameters))};
 }
 
+ResultWords ContactWordsOf(const GlCloth& cloth) {
+  const uint32_t begin = cloth.impulses.record[DRAPE_IMPULSE_CONTACTS];
+  return {cloth.scratch.begin() + begin,
+          cloth.tells_contacts ? cloth.impulses.record[DRAPE_IMPULSE_ZONE_PULLS] - begin : 0};
+}
+
 uint32_t CountClearingGroups(const GlCloth& cloth) {
   const ImpulseRecord& record = cloth.impulses.record;
   const uint32_t words = record[DRAPE_IMPULSE_SUMS_END] - record[DRAPE_IMPULSE_PULLS];
   return (words + DRAPE_IMPULSE_CLEARED_WORDS - 1) / DRAPE_IMPULSE_CLEARED_WORDS;
 }
 
-StepImpulses ImpulsesFrom(const GlCloth& cloth, std::span<const float> results) {
+namespace {
+
+// From the words of ContactWordsOf.
+std::vector<ParticleImpulse> ContactsFrom(const GlCloth& cloth, std::span<const float> words) {
+  const uint32_t particles = cloth.particle_count();
+  const auto colliders = static_cast<uint32_t>(cloth.parameters.colliders.size());
+  const std::span<const float> exact = words.subspan(size_t{6} * colliders * particles);
+  std::vector<ParticleImpulse> contacts;
+  const auto add = [&](uint32_t i, uint32_t collider, const Vector3d& impulse) {
+    if (!impulse.isZero(0)) contacts.push_back({i, collider, impulse});
+  };
+  for (uint32_t i = 0; i < particles; ++i) {
+    for (uint32_t c = 0; c < colliders; ++c) {
+      add(i, c, VectorIn(words, size_t{6} * (size_t{c} * particles + i)));
+    }
+    if (exact.empty()) continue;
+    const size_t first = size_t{DRAPE_EXACT_WORDS} * i;
+    add(i, ParticleImpulse::kCloth,
+        {ExactNumber(exact, first), ExactNumber(exact, first + 3), ExactNumber(exact, first + 6)});
+  }
+  return contacts;
+}
+
+}  // namespace
+
+StepImpulses ImpulsesFrom(const GlCloth& cloth, std::span<const float> results,
+                          std::span<const float> contacts) {
   const SceneModel& model = *cloth.model->model;
   const ClothParameters& parameters = cloth.parameters;
   const uint32_t held = HeldCount(model, parameters);
@@ -141,12 +174,25 @@ StepImpulses ImpulsesFrom(const GlCloth& cloth, std::span<const float> results) 
       impulses.gripped_particles.push_back(i);
     }
   }
+  if (cloth.tells_contacts) impulses.contacts = ContactsFrom(cloth, contacts);
   return impulses;
 }
 
 StepImpulses UnknownImpulses(const GlCloth& cloth) {
-  return ImpulsesFrom(cloth, std::vector<float>(ImpulseResultsOf(cloth).count,
-                                                std::numeric_limits<float>::quiet_NaN()));
+  constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
+  const std::vector<float> results(ImpulseResultsOf(cloth).count, static_cast<float>(kUnknown));
+  const size_t colliders = cloth.parameters.colliders.size();
+  // Those of colliders alone: any bits make a number of an exact sum.
+  const std::vector<float> contacts(
+      cloth.tells_contacts ? 6 * colliders * cloth.particle_count() : 0,
+      static_cast<float>(kUnknown));
+  StepImpulses impulses = ImpulsesFrom(cloth, results, contacts);
+  if (!impulses.contacts || !cloth.touches_itself()) return impulses;
+  for (uint32_t i = 0; i < cloth.particle_count(); ++i) {
+    impulses.contacts->push_back({i, ParticleImpulse::kCloth, Vector3d::Constant(kUnknown)});
+  }
+  SortContacts(*impulses.contacts);
+  return impulses;
 }
 
 }  // namespace drape

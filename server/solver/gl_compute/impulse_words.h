@@ -49,8 +49,12 @@ ResultWords ImpulseResultsOf(const GlCloth& cloth);
 // Work groups that clear its sums before the step.
 uint32_t CountClearingGroups(const GlCloth& cloth);
 
+// What contacts gave to each particle: only where the step tells that.
+ResultWords ContactWordsOf(const GlCloth& cloth);
+
 // From those words, after a step that held what the cloth's grips hold.
-StepImpulses ImpulsesFrom(const GlCloth& cloth, std::span<const float> results);
+StepImpulses ImpulsesFrom(const GlCloth& cloth, std::span<const float> results,
+                          std::span<const float> contacts);
 // After such a step that had no room for them: NaN.
 StepImpulses UnknownImpulses(const GlCloth& cloth);
 

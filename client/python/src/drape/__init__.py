@@ -26,7 +26,7 @@ from .pipeline import Pipeline
 from .private_server import find_server
 from .retries import Retries
 from .session import Session
-from .states import POSITIONS, POSITIONS_AND_VELOCITIES, VELOCITIES, Answer, Grips, Impulses, States, pack
+from .states import POSITIONS, POSITIONS_AND_VELOCITIES, VELOCITIES, Answer, Contacts, Grips, Impulses, States, pack
 from .streams import Frame, Frames, Run
 from .topology import Topology
 from .v1 import (Box, Camera, Capsule, ClothOverride, ClothSpec, Collider, Cylinder, DistanceConstraint, Environment, Grid,
@@ -36,8 +36,8 @@ from .v1 import (Box, Camera, Capsule, ClothOverride, ClothSpec, Collider, Cylin
 # Written out, since type checkers read it: what it lacks is, to them, no part of the package.
 __all__ = [
     "POSITIONS", "POSITIONS_AND_VELOCITIES", "VELOCITIES", "Aborted", "Answer", "Box", "Camera", "Cancelled", "Capsule",
-    "Client", "ClothOverride", "ClothSpec", "Cloths", "Collider", "Cylinder", "DeadlineExceeded", "DistanceConstraint",
-    "Environment", "Error", "FailedPrecondition", "FieldViolation", "ForkedProcess", "Frame", "Frames", "Grid", "Grips",
+    "Client", "ClothOverride", "ClothSpec", "Cloths", "Collider", "Contacts", "Cylinder", "DeadlineExceeded",
+    "DistanceConstraint", "Environment", "Error", "FailedPrecondition", "FieldViolation", "ForkedProcess", "Frame", "Frames", "Grid", "Grips",
     "Impulses", "InvalidArgument", "Material", "Mesh", "MeshImport", "NotFound", "PackedArray", "Particles", "Pin",
     "Pipeline", "Plane", "PointJoint", "RenderRequest", "ResourceExhausted", "Retries", "Run", "SelfCollision", "Session",
     "SessionLost", "Sphere", "Spring", "StateLost", "StateView", "States", "StepSettings", "Topology", "Transform",

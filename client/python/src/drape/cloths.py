@@ -78,7 +78,7 @@ class ClothsBase(Controls, Pictures, SavedStates):
     # --- requests
 
     def _step(self, steps: int = 1, *, view=states.POSITIONS, report: bool = False, grips: bool = False,
-              impulses: bool = False, ids=None,
+              impulses: bool = False, contacts: bool = False, ids=None,
               until: int | None = None, expected: int | None = None, timeout_s: float | None = None,
               request_id: str = "") -> Operation[states.Answer]:
         """Steps the cloths of `ids` and waits. What `move_pins`, `grip` and the other controls asked for takes effect at
@@ -92,7 +92,8 @@ class ClothsBase(Controls, Pictures, SavedStates):
         coverage_radius_m=0.02) for `answer.coverage`, or StateView(reductions=["TARGET_DISTANCE"],
         target_m=drape.pack(target)). report: measure each cloth after the last step (`Answer.measure`). grips: tell
         what the grips hold, and where (`Answer.grips`). impulses: tell what the cloths gave to their colliders, pins
-        and grips in the last step (`Answer.impulses`, `Answer.grips.forces`). request_id: a repetition of a completed
+        and grips in the last step (`Answer.impulses`, `Answer.grips.forces`). contacts: tell what each particle got from
+        each collider and from cloth in the last step (`Answer.contacts`); wakes a cloth that sleeps, once. request_id: a repetition of a completed
         step with the same id gets the same answer and no step.
         Raises InvalidArgument, FailedPrecondition, NotFound (CLOTH_NOT_FOUND), SessionLost, ResourceExhausted,
         DeadlineExceeded.
@@ -102,9 +103,9 @@ class ClothsBase(Controls, Pictures, SavedStates):
         if rows is not None and not len(rows):
             return self._nothing(wanted)
         request, taken = self._step_request(steps, wanted, report, rows, until, expected, request_id=request_id,
-                                            grip_states=grips or impulses, impulses=impulses)
+                                            grip_states=grips or impulses, impulses=impulses, contact_impulses=contacts)
         self._forget_states()  # also if the step fails: it may be done in part
-        reader = self._reader_of(wanted, rows)
+        reader = self._reader_of(wanted, rows, contacts)
         try:
             if reader is None:
                 response = yield Unary("Step", request, self._route, timeout_s)
@@ -310,8 +311,10 @@ class ClothsBase(Controls, Pictures, SavedStates):
     def _nothing(self, view):
         return states.Answer.of_nothing(view, self.particles, self._session.dtype)
 
-    def _reader_of(self, view, rows):
-        """What joins the messages of an answer with so large states; None: it comes in one message."""
+    def _reader_of(self, view, rows, has_contacts=False):
+        """What joins the messages of an answer with so large states, or with contacts; None: it comes in one message."""
+        if has_contacts:
+            return states.StepReader(self._ids_list(rows), len(view.particles) or self.particles if view else self.particles)
         if view is None:
             return None
         per_cloth = len(view.particles) or self.particles
@@ -358,7 +361,9 @@ class ClothsBase(Controls, Pictures, SavedStates):
             answer.grips = states.Grips.of(response.grips, self._ids_list(rows), request.impulses)
         if request.impulses:
             answer.impulses = states.Impulses.of(response, self._ids_list(rows))
-        if reader is not None or response.HasField("states"):
+        if request.contact_impulses:
+            answer.contacts = states.Contacts.of(response.contact_impulses, self._ids_list(rows), self.particles)
+        if (reader is not None and request.HasField("view")) or response.HasField("states"):
             arrays, answer.time_s = (states.blocks_of(response.states, self._ids_list(rows)) if reader is None
                                      else reader.blocks())
             for name, array in arrays.items():

@@ -65,7 +65,7 @@ class SessionBase:
         response = yield Unary("CreateCloths", request, route, timeout_s)
         return self._cloths_class(self, response.cloth_ids, response.shape, request.spec, origins)
 
-    def _step(self, batches, steps: int = 1, *, report: bool = False, expected: int | None = None,
+    def _step(self, batches, steps: int = 1, *, report: bool = False, contacts: bool = False, expected: int | None = None,
               timeout_s: float | None = None) -> Operation[list[states.Answer]]:
         """Steps several `Cloths` of the session in one request, as the cloths of one world must be. An answer for each
         of them, without states. Arguments as of `Cloths.step`, and what it says of controls that wait.
@@ -82,7 +82,8 @@ class SessionBase:
         requests, together, taken = [], v1.StepRequest(), {}
         try:
             for cloths in batches:
-                request, taken[cloths] = cloths._step_request(steps, None, report, None, None, expected)
+                request, taken[cloths] = cloths._step_request(steps, None, report, None, None, expected,
+                                                                contact_impulses=contacts)
                 requests.append(request)
                 together.MergeFrom(request)
             columns.check_alike([block for blocks in taken.values() for block in blocks])
@@ -100,7 +101,8 @@ class SessionBase:
             first += cloths.num
             ids = set(cloths.ids.tolist())
             its = v1.StepResponse(steps=response.steps[every], reports=response.reports[every], timing=response.timing,
-                                  faulted_cloth_ids=[cloth for cloth in response.faulted_cloth_ids if cloth in ids])
+                                  faulted_cloth_ids=[cloth for cloth in response.faulted_cloth_ids if cloth in ids],
+                                  contact_impulses=states.contacts_among(response.contact_impulses, cloths.ids))
             answers.append(cloths._take(its, None, request))
         return answers
 

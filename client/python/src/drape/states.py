@@ -50,7 +50,7 @@ class States:
         arrays = [f"{name} {value.dtype}{list(value.shape)}" for name in PER_STEP if name not in ("step_count", "time_s", "faulted")
                   and (value := getattr(self, name, None)) is not None]
         faulted = getattr(self, "faulted", None)
-        also = [name for name in ("reports", "grips", "impulses") if getattr(self, name, None)]
+        also = [name for name in ("reports", "grips", "impulses", "contacts") if getattr(self, name, None)]
         count = [] if faulted is None else [f"{int(faulted.sum())} faulted"]
         return f"<{type(self).__name__} of {len(self.rows)} cloths{at}: {', '.join(arrays + also + count)}>"
 
@@ -121,6 +121,53 @@ class Impulses:
         return cls(colliders, angular, pins, particles, _by_slot(of_grips, ids, of_grips.impulses_n_s, 0.0, (3,)))
 
 
+@dataclasses.dataclass(repr=False)
+class Contacts:
+    """What each particle got in a step from each thing that it touched [N s], k rows: an impulse over the time step is the
+    mean force [N].
+
+    cloths: int64[k], which of the m cloths of the answer. particles: int64[k]. colliders: int64[k], the index in
+    environment.colliders; -1: the cloth itself and others of its world. impulses: float64[k, 3], a push is away from what
+    is touched; NaN where the device had no room to tell. By cloth, then particle, then collider, cloth last.
+    """
+
+    cloths: np.ndarray
+    particles: np.ndarray
+    colliders: np.ndarray
+    impulses: np.ndarray
+    shape: tuple = (0, 0)
+
+    __repr__ = short
+
+    @classmethod
+    def of(cls, message, ids, particles):
+        return cls(_rows_of(message.cloth_ids, ids), np.array(message.particles, np.int64),
+                   np.array(message.colliders, np.int64), np.array(message.impulses_n_s, float).reshape(-1, 3),
+                   (len(ids), particles))
+
+    def of_colliders(self):
+        """float64[m, particles, 3]: of each particle the sum over all colliders, bodies too."""
+        return self._sum(self.colliders >= 0)
+
+    def of_cloth(self):
+        """float64[m, particles, 3]: of each particle by the cloth itself and by others of its world."""
+        return self._sum(self.colliders < 0)
+
+    def _sum(self, rows):
+        result = np.zeros((*self.shape, 3))
+        np.add.at(result, (self.cloths[rows], self.particles[rows]), self.impulses[rows])
+        return result
+
+
+def contacts_among(message, ids):
+    """The rows of a ContactImpulses that are of the cloths `ids`."""
+    rows = np.flatnonzero(np.isin(np.array(message.cloth_ids, np.uint64), np.array(ids, np.uint64)))
+    impulses = np.array(message.impulses_n_s, float).reshape(-1, 3)[rows].ravel()
+    return v1.ContactImpulses(cloth_ids=[message.cloth_ids[row] for row in rows],
+                              particles=[message.particles[row] for row in rows],
+                              colliders=[message.colliders[row] for row in rows], impulses_n_s=impulses)
+
+
 def _rows_of(cloth_ids, ids):
     """The places in `ids` of ids that all are there."""
     ids = np.array(ids, np.uint64)  # larger than a float64 can tell apart
@@ -159,7 +206,7 @@ class Answer(States):
     and velocities as float16. Reductions that the view asks for, float64: coverage [m^2], target_distance [m]: [m];
     centroid [m]: [m, 3]; box [m]: [m, 2, 3], lowest and highest corner; both in the world.
 
-    faulted: bool[m]. reports: m StepReports, grips and impulses, if asked for. timing: where the server spent its time,
+    faulted: bool[m]. reports: m StepReports, grips, impulses and contacts, if asked for. timing: where the server spent its time,
     None if nothing was sent.
     """
 
@@ -168,6 +215,7 @@ class Answer(States):
     timing: Any = None
     grips: Grips | None = None
     impulses: Impulses | None = None
+    contacts: Contacts | None = None
     origins: np.ndarray | None = None
     coverage: np.ndarray | None = None
     centroid: np.ndarray | None = None

@@ -109,6 +109,7 @@ void BeginBodies(const StepContext& context) {
   if (!context.controls.has_bodies) return;
   bodies = Bodies(context.colliders, context.collider_motions, context.controls.bodies,
                   context.model.particle_count, std::numeric_limits<float>::epsilon() / 2);
+  if (context.asks_for_contacts) bodies.KeepContacts();
 }
 
 void PredictBodies(const StepContext& context) {

@@ -206,7 +206,8 @@ void Begin(const StepContext& context, const FloatState& state) {
   if (solver.has_quiet_links) scratch.quiet_round_offs.assign(state.positions.size(), 0);
   scratch.has_quiet_particles = false;
   scratch.self_contacts_failed = false;
-  if (ImpulseSums* const sums = context.impulses()) sums->Begin(model, scratch.reach.near.size());
+  if (ImpulseSums* const sums = context.impulses())
+    sums->Begin(model, scratch.reach.near.size(), context.asks_for_contacts);
   BeginBodies(context);
   BeginSurfaceContacts(context);
   AskInterruption(context);
@@ -325,6 +326,7 @@ StepContext CalmerContext(const StepContext& context) {
   calmer.world_origin = context.world_origin;
   calmer.may_cross_itself = context.may_cross_itself;
   calmer.asks_for_impulses = context.asks_for_impulses;
+  calmer.asks_for_contacts = context.asks_for_contacts;
   calmer.colliders = context.colliders;
   calmer.edges = context.edges;
   calmer.energy = context.energy;
@@ -352,6 +354,7 @@ Ending End(SteppedCloths cloths, StepProgress& progress) {
     if (const ImpulseSums* const sums = context.impulses()) {
       StepImpulses total = sums->Total(context, state);
       context.scratch.bodies.AddImpulses(total.colliders);
+      if (total.contacts) context.scratch.bodies.AddContacts(*total.contacts);
       impulses[k] = std::make_shared<const StepImpulses>(std::move(total));
     }
     ends.push_back({context, state, may_have_fault, measure, progress.cloths[k].report});

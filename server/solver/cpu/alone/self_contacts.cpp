@@ -115,6 +115,30 @@ void PrepareMemory(StepScratch& scratch) {
   }
 }
 
+// Velocities before a stage of contacts, if somebody is to be told what that changes.
+void Keep(SteppedCloths cloths, std::span<const Vec4> velocities, std::vector<Vec4>& before) {
+  before.clear();
+  const bool is_asked = std::ranges::any_of(
+      cloths, [](const SteppedCloth& cloth) { return cloth.context.asks_for_contacts; });
+  if (is_asked) before.assign(velocities.begin(), velocities.end());
+}
+
+// function(i, sums, impulse) of each free particle of cloths that ask: what its velocity has
+// changed by, times its mass.
+template <class Function>
+void ForChanges(SteppedCloths cloths, std::span<const Vec4> after, const std::vector<Vec4>& before,
+                const Function& function) {
+  if (before.empty()) return;
+  ForEach(cloths, [&](const SteppedCloth& cloth, size_t first) {
+    const StepContext& context = cloth.context;
+    if (!context.asks_for_contacts) return;
+    for (const uint32_t i : context.held.free_particles) {
+      const Vec4 change = after[first + i] - before[first + i];
+      function(i, *context.impulses(), context.model.free_masses[i] * change);
+    }
+  });
+}
+
 // What the step needs to know, in the memory of the cloths.
 self_contact::StepNumbers<Vec4> NumbersOf(SteppedCloths cloths) {
   SelfContactMemory& memory = MemoryOf(cloths);
@@ -229,8 +253,11 @@ bool SolveSelfContacts(SteppedCloths cloths) {
   }
   const std::span<const Vec4> base = Gather(cloths, true, Positions, memory.world.base);
   const std::span<Vec4> u = Gather(cloths, false, Velocities, memory.world.velocities);
+  Keep(cloths, u, memory.before);
   const bool has_changed = memory.contacts.Solve(Starts(cloths).data(), base.data(), u.data(),
                                                  interval, least_change / interval);
+  ForChanges(cloths, u, memory.before,
+             [](uint32_t i, ImpulseSums& sums, Vec4 impulse) { sums.PushByCloth(i, impulse); });
   Scatter(cloths, false, Velocities, memory.world.velocities);
   return has_changed;
 }
@@ -260,7 +287,14 @@ void GuardSelfContacts(SteppedCloths cloths) {
         Gather(cloths, false, PreviousVelocities, world.previous_velocities);
     motion.previous_positions = Gather(cloths, true, PreviousPositions, world.previous_positions);
   }
+  Keep(cloths, motion.velocities, memory.before);
+  Keep(cloths, motion.previous_velocities, memory.before_previous);
   const bool has_failed = !memory.contacts.Guard(motion);
+  ForChanges(cloths, motion.velocities, memory.before,
+             [](uint32_t i, ImpulseSums& sums, Vec4 impulse) { sums.PushByCloth(i, impulse); });
+  ForChanges(
+      cloths, motion.previous_velocities, memory.before_previous,
+      [](uint32_t i, ImpulseSums& sums, Vec4 impulse) { sums.PushByClothInMemory(i, -impulse); });
   Scatter(cloths, true, Positions, world.ends);
   Scatter(cloths, false, Velocities, world.velocities);
   if (is_two_step) {
@@ -274,6 +308,10 @@ void GuardSelfContacts(SteppedCloths cloths) {
       Vec4& pull_in_memory = memory.pulls_in_memory[particle + i];
       sums.Pull(i, pull);
       sums.PullInMemory(i, pull_in_memory);
+      if (cloth.context.asks_for_contacts) {
+        sums.PushByCloth(i, pull);
+        sums.PushByClothInMemory(i, pull_in_memory);
+      }
       pull = pull_in_memory = Vec4{};
     });
   });

@@ -25,6 +25,8 @@ struct SelfContactMemory {
   std::vector<Vec4> starts;  // positions at the start of the substep, where they are not kept
   // Of a substep, where impulses are asked for: self_contact::HeldPulls.
   std::vector<Vec4> pulls, pulls_in_memory;
+  // Velocities before a stage, and before the substep, where contacts are asked for.
+  std::vector<Vec4> before, before_previous;
   WorldVectors world;  // of several cloths
 };
 

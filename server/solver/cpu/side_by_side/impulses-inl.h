@@ -127,7 +127,8 @@ class GroupImpulses {
       const Vec4 impulse = VectorOfLane(sums_[place], lane);
       if (place >= contacts_) {
         const size_t contact = place - contacts_;
-        total.Push(contact % near_.size(), impulse, VectorOfLane(sums_[moments_ + contact], lane));
+        total.Push(static_cast<uint32_t>(contact / near_.size()), contact % near_.size(), impulse,
+                   VectorOfLane(sums_[moments_ + contact], lane));
       } else if (place >= tethers_) {
         const uint32_t pin = PinOf(place - tethers_, lane);
         if (pin < own_held.size()) total.Pull(own_held[pin], impulse);

@@ -12,7 +12,7 @@ Vec4 Cross(Vec4 a, Vec4 b) {
 
 }  // namespace
 
-void ImpulseSums::Begin(const FloatModel& model, size_t near_count) {
+void ImpulseSums::Begin(const FloatModel& model, size_t near_count, bool has_contacts) {
   near_count_ = near_count;
   particles_.assign(model.particle_count + size_t{1}, Vec4{});
   strip_links_.assign(model.strip_links.size() * kVec8Size, Vec4{});
@@ -20,6 +20,7 @@ void ImpulseSums::Begin(const FloatModel& model, size_t near_count) {
   constraints_.assign(model.groups.size() * kVec4Size * 2, Vec4{});
   tethers_.assign(model.tethers.size() * kVec4Size, Vec4{});
   contacts_.assign(model.particle_count * near_count, Contact{});
+  by_cloth_.assign(has_contacts ? model.particle_count : 0, Vec4{});
 }
 
 void ImpulseSums::BeginSubstep(const StepContext& context, uint32_t index, double substep_s) {
@@ -44,8 +45,9 @@ StepImpulses ImpulseSums::Total(const StepContext& context, const FloatState& st
     total.Pull(i, particles_[i]);
     for (size_t k = 0; k < near_count_; ++k) {
       const Contact& contact = contacts_[i * near_count_ + k];
-      total.Push(k, contact.impulse, contact.moment);
+      total.Push(i, k, contact.impulse, contact.moment);
     }
+    if (!by_cloth_.empty()) total.PushByCloth(i, by_cloth_[i]);
   }
   const auto add_lanes = [&](const auto& ends, const Vec4* pulls) {
     for (uint32_t lane = 0; lane < kVec8Size; ++lane) total.Pull(ends[lane], pulls[lane]);

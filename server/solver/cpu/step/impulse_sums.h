@@ -22,7 +22,7 @@ struct FloatState;
 class ImpulseSums {
  public:
   // Of a new step with `near_count` colliders in reach.
-  void Begin(const FloatModel& model, size_t near_count);
+  void Begin(const FloatModel& model, size_t near_count, bool has_contacts);
   // Of the substep that begins.
   void BeginSubstep(const StepContext& context, uint32_t index, double substep_s);
 
@@ -53,6 +53,12 @@ class ImpulseSums {
     Add(particle, k, memory_weight_ * impulse, place_m);
   }
 
+  // By cloth; only where contacts are asked for.
+  void PushByCloth(uint32_t particle, Vec4 impulse) { by_cloth_[particle] += weight_ * impulse; }
+  void PushByClothInMemory(uint32_t particle, Vec4 impulse) {
+    by_cloth_[particle] += memory_weight_ * impulse;
+  }
+
   // Of the impulses of a group of hinges on a held particle, by stages.
   std::vector<Vec4> held_hinges;  // [held.particles]
 
@@ -76,6 +82,7 @@ class ImpulseSums {
   std::vector<Vec4> constraints_;   // [groups][lane][end]
   std::vector<Vec4> tethers_;       // [tethers][lane]
   std::vector<Contact> contacts_;   // [particle_count][near]
+  std::vector<Vec4> by_cloth_;      // [particle_count] or empty
   std::vector<Vec4> pivots_;        // [near] where the substep ends [m]
 };
 

@@ -2,6 +2,7 @@
 
 #include <cmath>
 #include <cstdint>
+#include <utility>
 
 #include "server/scene/colliders.h"
 
@@ -26,7 +27,7 @@ Vector3d ExactSum::Value() const {
           static_cast<double>(sums_[2]) / kUnit};
 }
 
-StepImpulses ImpulseTotal::Take(const FloatState& start) const {
+StepImpulses ImpulseTotal::Take(const FloatState& start) {
   const StepContext& context = context_;
   StepImpulses total;
   total.colliders.resize(context.controls.colliders.size());
@@ -48,6 +49,10 @@ StepImpulses ImpulseTotal::Take(const FloatState& start) const {
       total.grips_n_s.push_back(impulse);
       total.gripped_particles.push_back(i);
     }
+  }
+  if (context.asks_for_contacts) {
+    SortContacts(contacts_);
+    total.contacts = std::move(contacts_);
   }
   return total;
 }

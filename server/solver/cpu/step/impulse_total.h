@@ -39,18 +39,29 @@ class ImpulseTotal {
     if (particle >= context_.model.particle_count || context_.held.IsFree(particle)) return;
     pulls_[context_.held.PlaceOf(particle)].Add(impulse);
   }
-  void Push(size_t k, Vec4 impulse, Vec4 moment) {
+  // On particle i by collider k of those in reach.
+  void Push(uint32_t i, size_t k, Vec4 impulse, Vec4 moment) {
     impulses_[k].Add(impulse);
     moments_[k].Add(moment);
+    AddContact(i, context_.scratch.reach.near[k], impulse);
   }
+  // On particle i by cloth.
+  void PushByCloth(uint32_t i, Vec4 impulse) { AddContact(i, ParticleImpulse::kCloth, impulse); }
   // With the weight and the inertia of what is held; `start` and context.scratch.state: the states
   // before and after the step.
-  StepImpulses Take(const FloatState& start) const;
+  StepImpulses Take(const FloatState& start);
 
  private:
+  void AddContact(uint32_t i, uint32_t collider, Vec4 impulse) {
+    if (!context_.asks_for_contacts) return;
+    const Eigen::Vector3d on_particle = ToVector3d(impulse);
+    if (!on_particle.isZero(0)) contacts_.push_back({i, collider, on_particle});
+  }
+
   const StepContext& context_;
   std::vector<ExactSum> pulls_;               // [held.particles]
   std::vector<ExactSum> impulses_, moments_;  // [reach.near]
+  std::vector<ParticleImpulse> contacts_;
 };
 
 // Where the pivots of these colliders are at `end_s` of the step [m].

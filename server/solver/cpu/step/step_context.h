@@ -171,6 +171,7 @@ struct StepContext {
   Vec4 world_origin{};                          // of the cloth's frame in that of its world [m]
   bool may_cross_itself = true;    // parts of the cloth may cross something when the step begins
   bool asks_for_impulses = false;  // StepReport::impulses
+  bool asks_for_contacts = false;  // StepImpulses::contacts
   std::span<const Collider> colliders{};
   EdgesOfStep edges{};                    // if there are surface parts
   std::optional<EnergyBalance> energy{};  // StepItem::energy
