@@ -16,8 +16,9 @@
   5u  // [][3] float: on the second particle of a link that is held [N s]
 // [collider_count][particle_count][6] float: impulse [N s] and its moment about the pivot [N m s]
 #define DRAPE_IMPULSE_CONTACTS 6u
-// [particle_count][DRAPE_EXACT_WORDS]: on what is held, by pairs, and with HAS_CONTACTS on all; and
-// of zones that end. Only of cloths that touch themselves; behind the contacts.
+// [particle_count][DRAPE_EXACT_WORDS]: on what is held, by pairs, and with
+// DRAPE_IMPULSE_HAS_CONTACTS on all; and of zones that end. Only of cloths that touch themselves;
+// behind the contacts.
 #define DRAPE_IMPULSE_EXACT_PULLS 7u
 #define DRAPE_IMPULSE_ZONE_PULLS 8u
 #define DRAPE_IMPULSE_SUMS_END 9u  // where all these end

@@ -1,5 +1,6 @@
-// Impulses on particles, mostly on what is held, by several invocations at a time: sums of vectors in whole multiples of 2^-64, which are
-// exact, so that their order is not seen; smaller parts of each are dropped. Of kernels that count in Scratch.
+// Impulses on particles, mostly on what is held, by several invocations at a time: sums of vectors in whole
+// multiples of 2^-64, which are exact, so that their order is not seen; smaller parts of each are dropped. Of kernels
+// that count in Scratch.
 #ifndef DRAPE_STAGES_EXACT_PULLS_GLSL_
 #define DRAPE_STAGES_EXACT_PULLS_GLSL_
 

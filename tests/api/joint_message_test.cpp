@@ -105,7 +105,7 @@ INSTANTIATE_TEST_SUITE_P(
         BadCreation{"RopeWithoutEnd", [](auto& r) { Joint(r, 1).clear_other_point_m(); },
                     "0].joints[1].other_point_m", "needs 3"},
         BadCreation{"RopeWithoutLength", [](auto& r) { Joint(r, 1).set_rope_length_m(0); },
-                    "0].joints[1].rope_length_m", "[1e-06, 1000000] m"},
+                    "0].joints[1].rope_length_m", "[1e-06, 1e+06] m"},
         BadCreation{"RopeIsTooShort", [](auto& r) { Joint(r, 0).set_rope_length_m(2.75); },
                     "0].joints[0].rope_length_m", "2.75 m is shorter than the way"},
         BadCreation{"HalfAPulley",

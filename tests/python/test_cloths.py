@@ -417,7 +417,7 @@ def test_impulses_are_the_weight_of_what_hangs_and_lies(session):
 
 
 def test_contacts_of_a_sheet_that_lies_are_its_weight(session):
-    spec = sheet()
+    spec = sheet(pins=[])
     spec.environment.colliders.add().plane.MergeFrom(drape.v1.Plane(point_m=[0, 0, 0], normal=[0, 1, 0]))
     cloths = session.create(spec, count=2)
     assert cloths.step().contacts is None

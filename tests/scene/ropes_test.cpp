@@ -13,7 +13,7 @@ TEST(Ropes, AreDrawnPartByPart) {
                  .other_point_m = {2, 1.1, 0},
                  .rope_length_m = 8,
                  .pulleys_m = {{0, 3, 0}, {2, 3, 0}}};
-  colliders[0].joints = {rope, BodyJoint{.point_m = {0, 1, 0}, .other_point_m = {0, 1, 0}}};
+  colliders[0].joints = {rope, BodyJoint()};
   std::vector<RigidMotion> motions;
   for (const Collider& collider : colliders) {
     motions.push_back(RigidMotion::AtRest(CentreOf(collider)));

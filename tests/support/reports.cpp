@@ -55,7 +55,7 @@ std::vector<Eigen::Vector3d> VectorsOf(const StepImpulses& impulses) {
   for (const auto& grip : impulses.grips_n_s) vectors.push_back(grip);
   if (!impulses.contacts) return vectors;
   for (const ParticleImpulse& contact : *impulses.contacts) {
-    vectors.push_back({double{contact.particle}, double{contact.collider}, 0});
+    vectors.push_back(Eigen::Vector3d(contact.particle, contact.collider, 0));
     vectors.push_back(contact.impulse_n_s);
   }
   return vectors;
