@@ -139,7 +139,7 @@ class ColliderControlsTest : public SessionFixture {
     });
     return motions;
   }
-  Vector3d Shown(size_t k) { return CollidersNow(*cloths_[k])[0].pose.position_m; }
+  Vector3d Shown(size_t k) { return DrawnColliders(*cloths_[k])[0].pose.position_m; }
 
   ClothList cloths_;
 };
