@@ -29,6 +29,9 @@ void PictureSink::Begin(const Session& session) {
   v1::RenderRequest trial = request_;
   trial.set_width_px(kTrialEdge_px);
   trial.set_height_px(kTrialEdge_px);
+  // Before the first step nothing is known of contacts; a scale takes as much room as the other.
+  if (trial.colouring() == v1::RenderRequest::CONTACT)
+    trial.set_colouring(v1::RenderRequest::SPEED);
   try {
     const v1::RenderResponse drawn = session.Render(std::move(trial));
     // Motion away from the start stays in view.

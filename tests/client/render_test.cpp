@@ -80,6 +80,14 @@ TEST_F(RenderTest, EveryGivesANumberedSeriesWithTheLastStep) {
   EXPECT_GT(DifferentShare(Image("p_000025.png"), Image("p_000060.png")), 0) << "it moves";
 }
 
+// The last step of each sample is asked for them.
+TEST_F(RenderTest, ContactsAreAskedForWhereTheyAreDrawn) {
+  const Outcome outcome = Run({"--render=" + Path("p.png"), "--every=40", "--render-size=200x100",
+                               "--colour-by=contact", "--colour-range=0,0.01"});
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  EXPECT_THAT(Files(), ElementsAre("p_000040.png", "p_000060.png"));
+}
+
 TEST_F(RenderTest, ASeriesOnlyWidensItsView) {
   SpawnOptions options;
   options.backend = "cpu";
