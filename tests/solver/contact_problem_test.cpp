@@ -5,6 +5,7 @@
 
 #include <Eigen/Geometry>
 #include <cmath>
+#include <limits>
 #include <random>
 
 namespace drape::bodies {
@@ -16,6 +17,8 @@ using Eigen::Vector3d;
 // Of the largest velocity: the solver ends at 1e-9, and contacts of long bodies are a hundred times
 // less mobile one way than another.
 constexpr double kTolerance = 1e-7;
+// Of sums of up to 18 terms.
+constexpr double kRounding = 18 * std::numeric_limits<double>::epsilon();
 
 class Problems {
  public:
@@ -51,9 +54,10 @@ class Problems {
       contact.free_m_per_s.setZero();
       contact.least_m_per_s = random_() % 2 == 0 ? 0 : Uniform(0, 1);
       contact.patch = i % 2;
-      const size_t first = random_() % bodies, second = first - 1;
-      for (const size_t b : {first, second}) {
-        if (contact.side_count == 1 && (first == 0 || random_() % 2 == 0)) break;
+      // Not the one that a joint ties it to, as in a scene: along the joint it could not give way.
+      const size_t first = random_() % bodies, before = has_joints ? 2 : 1;
+      for (const size_t b : {first, first - before}) {
+        if (contact.side_count == 1 && (first < before || random_() % 2 == 0)) break;
         const double sign = contact.side_count == 0 ? 1 : -1;
         const Vector3d arm =
             Vector3d(random_() % 2 == 0 ? 1 : -1, -sign, random_() % 2 == 0 ? 1 : -1)
@@ -109,12 +113,13 @@ double MissOf(const ProblemContact& contact, double scale) {
   return std::max(miss, std::sqrt(std::abs(left) * mobility) * 1e-3) / scale;
 }
 
-// The complementarity and the law of friction hold at every contact. With friction, some problems
-// of bodies whose masses differ by orders of magnitude end with the last round.
+// The complementarity and the law of friction hold at every contact. With friction, one problem in
+// fifty, of bodies whose masses differ by orders of magnitude, ends with the last round.
 TEST(ContactProblem, MeetsItsConditions) {
   Problems problems(7);
-  int late = 0;
-  for (int trial = 0; trial < 600; ++trial) {
+  constexpr int kTrials = 1500;
+  int late = 0, bad = 0;
+  for (int trial = 0; trial < kTrials; ++trial) {
     ContactProblem problem = problems.Next();
     const double friction = trial % 3 == 0 ? 0 : problems.Uniform(0, 0.9);
     problem.SolveByPatches(friction, friction);
@@ -123,18 +128,22 @@ TEST(ContactProblem, MeetsItsConditions) {
     for (const ProblemContact& contact : problem.contacts()) {
       miss = std::max(miss, MissOf(contact, scale));
     }
-    ASSERT_LE(miss, friction == 0 ? kTolerance : 2e-3) << trial;
-    if (miss > kTolerance) ++late;
+    if (miss <= kTolerance) continue;
+    ASSERT_GT(friction, 0) << trial << ": " << miss;
+    ++late;
+    if (miss > 2e-3) ++bad;
   }
-  EXPECT_LE(late, 12);
+  EXPECT_LE(late, kTrials / 50);
+  EXPECT_LE(bad, kTrials / 100);
 }
 
 // With joints, too: these have what they demand, and contacts meet their conditions. Both change
 // the momenta by their impulses and nothing else.
 TEST(ContactProblem, MeetsItsConditionsWithJoints) {
   Problems problems(5);
-  int late = 0;
-  for (int trial = 0; trial < 300; ++trial) {
+  constexpr int kTrials = 1000;
+  int late = 0, bad = 0;
+  for (int trial = 0; trial < kTrials; ++trial) {
     ContactProblem problem = problems.Next(true);
     const double friction = trial % 3 == 0 ? 0 : problems.Uniform(0, 0.9);
     problem.SolveByPatches(friction, friction);
@@ -150,24 +159,33 @@ TEST(ContactProblem, MeetsItsConditionsWithJoints) {
       scale = std::max(scale, (joint.free_m_per_s - joint.demanded_m_per_s).norm());
       add(joint);
     }
+    const Eigen::VectorXd by_joints = by_impulses;
     for (const ProblemContact& contact : problem.contacts()) {
       miss = std::max(miss, MissOf(contact, scale));
       add(contact);
     }
+    // Contacts that contradict joints press by a million times what moves the bodies.
+    const double pressed = (by_impulses - by_joints).norm();
     for (const ProblemJoint& joint : problem.joints()) {
+      double size = scale;
       Vector3d velocity = joint.free_m_per_s;
       for (size_t s = 0; s < joint.side_count; ++s) {
         const auto at = static_cast<Eigen::Index>(6 * joint.sides[s].body);
         velocity += joint.sides[s].mobility * by_impulses.segment<6>(at);
+        size += joint.sides[s].mobility.norm() * pressed;
       }
-      ASSERT_LE((velocity - joint.demanded_m_per_s).norm(), 1e-11 * scale) << trial;
+      ASSERT_LE((velocity - joint.demanded_m_per_s).norm(), kRounding * size) << trial;
     }
-    ASSERT_LE((by_impulses - problem.change()).norm(), 1e-12 * problem.change().norm()) << trial;
-    const double tolerance = std::exp(6) * kTolerance;
-    ASSERT_LE(miss, friction == 0 ? tolerance : 2e-3) << trial;
-    if (miss > tolerance) ++late;
+    const double size = problem.change().norm() + pressed;
+    ASSERT_LE((by_impulses - problem.change()).norm(), kRounding * size) << trial;
+    // What hangs on a contact may be e^6 times as heavy.
+    if (miss <= std::exp(6) * kTolerance) continue;
+    ASSERT_GT(friction, 0) << trial << ": " << miss;
+    ++late;
+    if (miss > 2e-3) ++bad;
   }
-  EXPECT_LE(late, 6);
+  EXPECT_LE(late, kTrials / 50);
+  EXPECT_LE(bad, kTrials / 100);
 }
 
 // Without rebounds the impulses take energy, with any friction.

@@ -37,6 +37,14 @@ double SlackOf(const BodyJoints::Joint& joint) {
   return kJointRoundOffs * std::numeric_limits<double>::epsilon() * size_m;
 }
 
+// Of an end, where its collider has that motion at the moment.
+Vector3d PlaceOf(const BodyJoints::Joint& joint, size_t e,
+                 const std::vector<PlacedCollider>& placed, RigidMotion PlacedCollider::*motion) {
+  const Vector3d& described_m = e == 0 ? joint.described->point_m : joint.described->other_point_m;
+  const std::optional<size_t>& collider = joint.ends[e].collider;
+  return collider ? (placed[*collider].*motion).PlaceOf(described_m) : described_m;
+}
+
 }  // namespace
 
 BodyJoints::BodyJoints(const std::vector<PlacedCollider>& placed) {
@@ -62,14 +70,10 @@ bool BodyJoints::AreTied(size_t a, size_t b) const {
 
 void BodyJoints::Begin(const std::vector<PlacedCollider>& placed, double seconds) {
   seconds_ = seconds;
-  acts_at_ends_ = false;
   for (Joint& joint : joints_) {
-    const std::array described_m{joint.described->point_m, joint.described->other_point_m};
     for (size_t e = 0; e < 2; ++e) {
-      End& end = joint.ends[e];
-      end.at_start_m =
-          end.collider ? placed[*end.collider].start.PlaceOf(described_m[e]) : described_m[e];
-      end.given = {};
+      joint.ends[e].at_start_m = PlaceOf(joint, e, placed, &PlacedCollider::start);
+      joint.ends[e].given = {};
     }
     joint.acts = false;
     joint.impulse.setZero();
@@ -117,11 +121,8 @@ void BodyJoints::SetArms(const std::vector<PlacedCollider>& placed, Joint& joint
 bool BodyJoints::Look(const std::vector<PlacedCollider>& placed, When when) {
   bool is_off = false;
   for (Joint& joint : joints_) {
-    const std::array described_m{joint.described->point_m, joint.described->other_point_m};
     for (size_t e = 0; e < 2; ++e) {
-      End& end = joint.ends[e];
-      end.at_end_m =
-          end.collider ? placed[*end.collider].end.PlaceOf(described_m[e]) : described_m[e];
+      joint.ends[e].at_end_m = PlaceOf(joint, e, placed, &PlacedCollider::end);
     }
     joint.gap_m = GapOf(*joint.described, joint.ends[0].at_end_m, joint.ends[1].at_end_m);
     const double slack_m = SlackOf(joint);
@@ -136,7 +137,7 @@ bool BodyJoints::Look(const std::vector<PlacedCollider>& placed, When when) {
       const bool pulls = joint.impulse.x() > 0;
       is_off |= joint.acts && (pulls ? std::abs(off_m.x()) : -off_m.x()) > slack_m;
     }
-    if (when == When::kEnd || acts_at_ends_) SetArms(placed, joint, When::kEnd);
+    if (when != When::kSubstep) SetArms(placed, joint, When::kEnd);
   }
   return is_off;
 }
@@ -151,16 +152,6 @@ Vector3d BodyJoints::VelocityOf(const std::vector<PlacedCollider>& placed,
   return velocity;
 }
 
-double BodyJoints::SpeedOfHolders(const std::vector<PlacedCollider>& placed) const {
-  double speed = 0;
-  for (const Joint& joint : joints_) {
-    const End& end = joint.ends[1];
-    if (!end.collider || placed[*end.collider].body) continue;
-    speed = std::max(speed, placed[*end.collider].VelocityAt(end.arm_m).norm());
-  }
-  return speed;
-}
-
 void BodyJoints::FindDemands(const std::vector<PlacedCollider>& placed, When when) {
   for (Joint& joint : joints_) {
     joint.demanded_m_per_s.setZero();
@@ -169,7 +160,8 @@ void BodyJoints::FindDemands(const std::vector<PlacedCollider>& placed, When whe
       joint.guesses.fill(Vector3d::Zero());
     }
     if (when == When::kEnd) continue;
-    joint.demanded_m_per_s = VelocityOf(placed, joint) - (joint.gap_m - joint.floor_m) / seconds_;
+    joint.demanded_m_per_s = -(joint.gap_m - joint.floor_m) / seconds_;
+    if (when == When::kSubstep) joint.demanded_m_per_s += VelocityOf(placed, joint);
   }
 }
 

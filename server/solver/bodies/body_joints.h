@@ -51,14 +51,9 @@ class BodyJoints {
   // point inside both would stick.
   bool AreTied(size_t a, size_t b) const;
 
-  // A substep of `seconds` begins: no impulse acts, and those of the substep will act where it
-  // starts, which keeps energy.
+  // A substep of `seconds` begins: no impulse acts. Those of the substep act where it starts, which
+  // keeps energy.
   void Begin(const std::vector<PlacedCollider>& placed, double seconds);
-  // Those of the substep act where it ends, which never adds energy, however far bodies turn.
-  void ActAtEnds() { acts_at_ends_ = true; }
-  bool acts_at_ends() const { return acts_at_ends_; }
-  // Of what is no body and holds one, the fastest place [m/s].
-  double SpeedOfHolders(const std::vector<PlacedCollider>& placed) const;
   // Where joints are at the end of the substep. Returns whether one is off its floor, or a rope
   // with something left pulls.
   bool Look(const std::vector<PlacedCollider>& placed, When when);
@@ -80,7 +75,6 @@ class BodyJoints {
 
   std::vector<Joint> joints_;
   double seconds_ = 0;
-  bool acts_at_ends_ = false;
 };
 
 }  // namespace drape::bodies

@@ -1,5 +1,6 @@
 #include "server/solver/bodies/contact_problem.h"
 
+#include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
 
@@ -131,7 +132,20 @@ void ContactProblem::FactorJoints() {
   gram.diagonal().array() += kJointSoftness;
   gram_.compute(gram);
   if (contacts_.empty()) return;
-  left_by_joints_ = MatrixXd::Identity(size, size) - rows_.transpose() * gram_.solve(rows_);
+  // An orthogonal projection, whose trace is its rank.
+  const MatrixXd left = MatrixXd::Identity(size, size) - rows_.transpose() * gram_.solve(rows_);
+  const auto rank = static_cast<Eigen::Index>(std::lround(left.trace()));
+  free_.setIdentity(size, rank);
+  free_.applyOnTheLeft(left.colPivHouseholderQr().householderQ());
+  along_free_.clear();
+  for (const ProblemContact& contact : contacts_) {
+    Eigen::Matrix<double, 3, Eigen::Dynamic>& along = along_free_.emplace_back();
+    along.setZero(3, rank);
+    for (size_t s = 0; s < contact.side_count; ++s) {
+      const auto at = static_cast<Eigen::Index>(6 * contact.sides[s].body);
+      along += contact.sides[s].mobility * free_.middleRows<6>(at);
+    }
+  }
 }
 
 VectorXd ContactProblem::JointImpulses(const VectorXd& by_contacts) const {
@@ -159,21 +173,27 @@ VectorXd ContactProblem::ChangeByContacts() const {
   return y;
 }
 
-// Newton's method: the function is convex and smooth but for the second derivative.
+// Newton's method: the function is convex and smooth but for the second derivative. With joints it
+// moves along what they leave, in as many numbers as that has dimensions.
 void ContactProblem::Minimise() {
-  const Eigen::Index size = y_.size();
+  const bool has_joints = !joints_.empty();
+  const Eigen::Index size = has_joints ? free_.cols() : y_.size();
   MatrixXd hessian(size, size);
-  VectorXd slope(size);
+  VectorXd slope(y_.size());
   for (int step = 0; step < kMostSteps; ++step) {
     hessian.setIdentity();
     slope = y_;
     for (size_t i = 0; i < contacts_.size(); ++i) {
       const ProblemContact& contact = contacts_[i];
       const Cone cone = Project(Wanted(i, y_), contact.n, contact.friction, true);
+      if (has_joints && cone.slope != Matrix3d::Zero()) {
+        hessian += stiffness_[i] * along_free_[i].transpose() * cone.slope * along_free_[i];
+      }
       for (size_t a = 0; a < contact.side_count; ++a) {
         const Mobility& of_a = contact.sides[a].mobility;
         const auto at_a = static_cast<Eigen::Index>(6 * contact.sides[a].body);
         slope.segment<6>(at_a) -= of_a.transpose() * cone.nearest;
+        if (has_joints) continue;
         const Eigen::Matrix<double, 6, 3> weighed = stiffness_[i] * of_a.transpose() * cone.slope;
         for (size_t b = 0; b < contact.side_count; ++b) {
           const auto at_b = static_cast<Eigen::Index>(6 * contact.sides[b].body);
@@ -181,19 +201,15 @@ void ContactProblem::Minimise() {
         }
       }
     }
-    if (!joints_.empty()) {
-      // Along what joints leave; across it the least.
-      const MatrixXd across = MatrixXd::Identity(size, size) - left_by_joints_;
-      hessian = left_by_joints_ * hessian * left_by_joints_ + across;
-      slope = left_by_joints_ * slope;
-    }
-    const VectorXd way = -hessian.llt().solve(slope);
+    if (has_joints) slope = free_.transpose() * slope;
+    VectorXd way = -hessian.llt().solve(slope);
+    const double descent = slope.dot(way);
+    if (has_joints) way = free_ * way;
     if (way.norm() <= kAgreement / 10 * (y_.norm() + scale_)) {
       y_ += way;
       return;
     }
     // Convex: the slope along the way says where its lowest place is.
-    const double descent = slope.dot(way);
     double share = 1, low = 0, high = 1;
     for (int halving = 0; halving < kMostHalvings; ++halving) {
       const double at = SlopeAt(y_ + share * way).dot(way);

@@ -107,8 +107,10 @@ class ContactProblem {
   Eigen::VectorXd row_scales_;  // [kg^(1/2)]
   Eigen::VectorXd demanded_;
   Eigen::LLT<Eigen::MatrixXd> gram_;
-  // [6 body_count] squared: what is left of changes of y by contacts.
-  Eigen::MatrixXd left_by_joints_;
+  // What joints leave: orthonormal columns, [6 body_count, dimensions]; and the mobilities of the
+  // contacts along them, [contact_count].
+  Eigen::MatrixXd free_;
+  std::vector<Eigen::Matrix<double, 3, Eigen::Dynamic>> along_free_;
 };
 
 }  // namespace drape::bodies

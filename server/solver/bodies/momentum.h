@@ -16,7 +16,8 @@ struct Momentum {
   }
 };
 
-// When impulses are found: for where the substep ends, or for the velocities there.
-enum class When : size_t { kSubstep, kEnd };
+// What impulses are found for: where the substep ends; the velocities there; or, in place of the
+// first, the places alone: these are shifted, and no velocity changes.
+enum class When : size_t { kSubstep, kEnd, kShift };
 
 }  // namespace drape::bodies

@@ -1,11 +1,13 @@
 #include "server/solver/bodies/patch_contacts.h"
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <numeric>
+#include <optional>
+#include <span>
 
+#include "server/solver/bodies/island_bodies.h"
 #include "server/solver/bodies/rebound.h"
 #include "server/solver/solver_constants.h"
 
@@ -85,6 +87,7 @@ PatchContacts::PatchContacts(const std::vector<PlacedCollider>& placed)
 void PatchContacts::Begin(const std::vector<PlacedCollider>& placed, double seconds) {
   seconds_ = seconds;
   joints_.Begin(placed, seconds);
+  shifts_ = false;
   solved_.clear();
   for (Contact& contact : contacts_) {
     contact.touches = false;
@@ -162,12 +165,13 @@ double PatchContacts::Solve(std::vector<PlacedCollider>& placed, const BodyNumbe
   for (const PlacedCollider& each : placed) before.push_back(each.end);
   const bool is_first = solved_.empty();
   const double kinetic = KineticEnergyOf(placed);
-  const bool is_settled = Settle(placed, numbers);
-  const bool is_too_fast = KineticEnergyOf(placed) > kMostEnergyOfJoints * kinetic;
-  if (is_first && !joints_.joints().empty() && (!is_settled || is_too_fast)) {
-    joints_.ActAtEnds();
-    Settle(placed, numbers);
+  if (!shifts_) {
+    const bool is_settled = Settle(placed, numbers);
+    const bool is_too_fast = KineticEnergyOf(placed) > kMostEnergyOfJoints * kinetic;
+    shifts_ = is_first && !joints_.joints().empty() && (!is_settled || is_too_fast);
+    if (shifts_) DropImpulses(placed);
   }
+  if (shifts_) SettlePlaces(placed);
   solved_.clear();
   for (const PlacedCollider& each : placed) solved_.push_back(each.end);
   return LargestChange(before);
@@ -332,22 +336,7 @@ std::vector<PatchContacts::Island> PatchContacts::Islands(
 void PatchContacts::ResolveIsland(const std::vector<PlacedCollider>& placed, const Island& island,
                                   const std::vector<Momentum>& pushed, const BodyNumbers& numbers,
                                   When when) {
-  std::vector<size_t> bodies;
-  std::vector<Eigen::Matrix3d> roots;
-  // Adds what it does to collider c, if that is a body.
-  const auto add_side = [&](ProblemSides& its, size_t c, const Vector3d& arm,
-                            const Eigen::Matrix3d& push) {
-    if (!placed[c].body) return;
-    const RigidBody& body = *placed[c].body;
-    const auto index = static_cast<size_t>(std::ranges::find(bodies, c) - bodies.begin());
-    if (index == bodies.size()) {
-      bodies.push_back(c);
-      roots.push_back(body.inverse_inertia().llt().matrixL());
-    }
-    its.sides[its.side_count++] = {
-        index, push.transpose() * MobilityOf(body.mass_kg(), roots[index], arm)};
-  };
-  const Eigen::Matrix3d along = Eigen::Matrix3d::Identity(), against = -along;
+  IslandBodies bodies(placed, when);
   std::vector<ProblemContact> contacts;
   std::vector<ProblemJoint> joints;
   bool rebounds = false;
@@ -355,8 +344,8 @@ void PatchContacts::ResolveIsland(const std::vector<PlacedCollider>& placed, con
     const Contact& contact = contacts_[i];
     const Face& face = faces_[contact.face];
     ProblemContact& its = contacts.emplace_back();
-    add_side(its, face.solid, contact.arm_of_solid, along);
-    add_side(its, face.other, contact.arm_of_other, against);
+    bodies.AddSide(its, face.solid, contact.arm_of_solid, kAlong);
+    bodies.AddSide(its, face.other, contact.arm_of_other, kAgainst);
     its.n = contact.n;
     its.free_m_per_s = VelocityOf(placed, contact);
     its.least_m_per_s = when == When::kEnd ? contact.rebound_m_per_s : contact.least_m_per_s;
@@ -369,7 +358,7 @@ void PatchContacts::ResolveIsland(const std::vector<PlacedCollider>& placed, con
     const BodyJoints::Joint& joint = joints_.joints()[j];
     ProblemSides sides;
     for (const BodyJoints::End& end : joint.ends) {
-      if (end.collider) add_side(sides, *end.collider, end.arm_m, end.push);
+      if (end.collider) bodies.AddSide(sides, *end.collider, end.arm_m, end.push);
     }
     sides.free_m_per_s = joints_.VelocityOf(placed, joint);
     sides.impulse_n_s = joint.guesses[static_cast<size_t>(when)];
@@ -379,7 +368,7 @@ void PatchContacts::ResolveIsland(const std::vector<PlacedCollider>& placed, con
       joints.push_back({sides, joint.demanded_m_per_s});
     }
   }
-  ContactProblem problem(bodies.size());
+  ContactProblem problem(bodies.colliders().size());
   problem.contacts() = std::move(contacts);
   problem.joints() = std::move(joints);
   problem.SolveByPatches(numbers.friction_static, numbers.friction_dynamic);
@@ -387,30 +376,16 @@ void PatchContacts::ResolveIsland(const std::vector<PlacedCollider>& placed, con
   if (!rebounds && (island.joints.empty() || !problem.IsSolved())) {
     // What starts inside another one may be moved out.
     double allowed = kEnergyRounding * problem.change().squaredNorm();
-    for (const size_t c : bodies) {
+    for (const size_t c : bodies.colliders()) {
       if (when == When::kEnd) break;
       allowed += placed[c].body->mass_kg() * std::pow(kMaxDepenetrationSpeed_m_per_s, 2);
     }
     problem.LimitEnergy(allowed);
   }
-  if (when == When::kSubstep && joints_.acts_at_ends()) {
-    // The nearest place where joints are closed is no farther than the start: the motion there is
-    // at most twice as fast as without joints.
-    const double speed_sq =
-        std::pow(joints_.SpeedOfHolders(placed), 2) + std::pow(kMaxDepenetrationSpeed_m_per_s, 2);
-    double kinetic = 0;
-    for (const size_t c : bodies) {
-      const RigidBody& body = *placed[c].body;
-      const Vector3d& rate = body.motion().angular_velocity_rad_per_s;
-      kinetic += body.mass_kg() * (body.motion().velocity_m_per_s.squaredNorm() + speed_sq) / 2 +
-                 body.angular_momentum().dot(rate) / 2;
-    }
-    problem.LimitEnergy(3 * kinetic);
-  }
-  ContactProblem plastic = problem;
+  std::optional<ContactProblem> plastic;  // only where some of it is needed
   if (rebounds) {
     double room = 0;  // for energy
-    for (const size_t c : bodies) {
+    for (const size_t c : bodies.colliders()) {
       const RigidBody& body = *placed[c].body;
       // Impulses have lifted it.
       room += seconds_ * numbers.gravity_m_per_s2.dot(pushed[c].linear);
@@ -420,34 +395,35 @@ void PatchContacts::ResolveIsland(const std::vector<PlacedCollider>& placed, con
     }
     const double size = problem.change().squaredNorm();
     if (problem.EnergyGiven() > room + kEnergyRounding * size) {
-      for (ProblemContact& contact : plastic.contacts()) contact.least_m_per_s = 0;
-      plastic.SolveByPatches(numbers.friction_static, numbers.friction_dynamic);
-      plastic.LimitEnergy(kEnergyRounding * plastic.change().squaredNorm());
-      const Eigen::VectorXd more = problem.change() - plastic.change();
+      plastic = problem;
+      for (ProblemContact& contact : plastic->contacts()) contact.least_m_per_s = 0;
+      plastic->SolveByPatches(numbers.friction_static, numbers.friction_dynamic);
+      plastic->LimitEnergy(kEnergyRounding * plastic->change().squaredNorm());
+      const Eigen::VectorXd more = problem.change() - plastic->change();
       const double a = more.squaredNorm() / 2;
-      const double c = plastic.EnergyGiven() - room;
+      const double c = plastic->EnergyGiven() - room;
       share = LargestShare(a, problem.EnergyGiven() - room - a - c, c);
     }
   }
-  const auto impulse_of = [&](const auto& of_problem, const auto& of_plastic) -> Vector3d {
-    return (1 - share) * of_plastic.impulse_n_s + share * of_problem.impulse_n_s;
+  // Of contact or joint k in `list` of both problems.
+  const auto impulse_of = [&](size_t k, auto list) -> Vector3d {
+    const Vector3d& impulse = list(problem)[k].impulse_n_s;
+    if (!plastic) return impulse;
+    return (1 - share) * list(*plastic)[k].impulse_n_s + share * impulse;
   };
+  const auto contacts_of = [](const ContactProblem& its) { return std::span(its.contacts()); };
+  const auto joints_of = [](const ContactProblem& its) { return std::span(its.joints()); };
   size_t k = 0, point_joint = 0;
   for (; k < island.contacts.size(); ++k) {
     Contact& contact = contacts_[island.contacts[k]];
-    contact.impulse = contact.guesses[static_cast<size_t>(when)] =
-        impulse_of(problem.contacts()[k], plastic.contacts()[k]);
+    contact.impulse = contact.guesses[static_cast<size_t>(when)] = impulse_of(k, contacts_of);
     contact.slides = problem.contacts()[k].slides;
   }
+  // Ropes come after the contacts.
   for (const size_t j : island.joints) {
-    Vector3d impulse;
-    if (joints_.joints()[j].described->is_rope()) {
-      impulse = impulse_of(problem.contacts()[k], plastic.contacts()[k]);
-      ++k;
-    } else {
-      impulse = impulse_of(problem.joints()[point_joint], plastic.joints()[point_joint]);
-      ++point_joint;
-    }
+    const bool is_rope = joints_.joints()[j].described->is_rope();
+    const Vector3d impulse =
+        is_rope ? impulse_of(k++, contacts_of) : impulse_of(point_joint++, joints_of);
     joints_.SetImpulse(j, impulse, when);
   }
 }

@@ -85,6 +85,11 @@ class PatchContacts {
   std::vector<Momentum> Sums() const;
   // Rounds of Look and Resolve until nothing is off. Returns whether joints are where they must be.
   bool Settle(std::vector<PlacedCollider>& placed, const BodyNumbers& numbers);
+  // Takes all impulses away.
+  void DropImpulses(std::vector<PlacedCollider>& placed);
+  // Shifts bodies to the nearest places where joints hold and nothing is inside another one.
+  void SettlePlaces(std::vector<PlacedCollider>& placed);
+  void ShiftIsland(std::vector<PlacedCollider>& placed, const Island& island) const;
   // Takes all impulses away, finds new ones, applies them.
   void Resolve(std::vector<PlacedCollider>& placed, const BodyNumbers& numbers, When when);
   std::vector<Island> Islands(const std::vector<PlacedCollider>& placed) const;
@@ -102,6 +107,7 @@ class PatchContacts {
   std::vector<Eigen::Vector3d> places_;  // of one face
   // The motions of all bodies as the last Solve left them.
   std::vector<RigidMotion> solved_;
+  bool shifts_ = false;  // places instead of impulses, in the substep under way
   double seconds_ = 0;
 };
 

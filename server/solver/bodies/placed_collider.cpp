@@ -39,4 +39,10 @@ void PlacedCollider::Change(const Vector3d& impulse, const Vector3d& moment) {
   end = is_under_way_ ? body->AtEnd() : body->motion();
 }
 
+void PlacedCollider::Shift(const Vector3d& way_m, const Vector3d& turn_rad) {
+  if (!body) return;
+  body->Shift(way_m, turn_rad);
+  end = body->AtEnd();
+}
+
 }  // namespace drape::bodies

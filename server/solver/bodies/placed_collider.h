@@ -37,6 +37,8 @@ struct PlacedCollider {
     Change(impulse, arm_m.cross(impulse));
   }
   void Change(const Eigen::Vector3d& impulse, const Eigen::Vector3d& moment);
+  // Moves and turns a body where the substep ends, without a change of velocities [m, rad].
+  void Shift(const Eigen::Vector3d& way_m, const Eigen::Vector3d& turn_rad);
   // Of its point at `arm_m` from the centre, with the velocities of the moment [m/s].
   Eigen::Vector3d VelocityAt(const Eigen::Vector3d& arm_m) const {
     if (body) return body->VelocityAt(arm_m);

@@ -37,6 +37,8 @@ Matrix3d RigidBody::InverseInertiaAt(const Quaterniond& rotation) const {
 
 void RigidBody::Begin(double seconds, const Vector3d& gravity_m_per_s2) {
   seconds_ = seconds;
+  shift_m_.setZero();
+  shift_turn_.setIdentity();
   kick_m_per_s_ = seconds / 2 * gravity_m_per_s2;
   motion_.velocity_m_per_s += kick_m_per_s_;
   Vector3d rate = motion_.angular_velocity_rad_per_s;
@@ -48,6 +50,21 @@ void RigidBody::Begin(double seconds, const Vector3d& gravity_m_per_s2) {
     if (!(change > kAgreement * rate.norm())) break;
   }
   motion_.angular_velocity_rad_per_s = rate;
+}
+
+RigidMotion RigidBody::AtEnd() const {
+  RigidMotion end = motion_.After(seconds_);
+  end.position_m += shift_m_;
+  // The motions of what is not shifted keep their bits.
+  if (shift_turn_.vec() != Vector3d::Zero()) {
+    end.rotation = (shift_turn_ * end.rotation).normalized();
+  }
+  return end;
+}
+
+void RigidBody::Shift(const Vector3d& way_m, const Vector3d& turn_rad) {
+  shift_m_ += way_m;
+  shift_turn_ = Turned(shift_turn_, turn_rad, 1).normalized();
 }
 
 void RigidBody::End() {

@@ -26,6 +26,9 @@ class RigidBody {
   void Push(const Eigen::Vector3d& impulse, const Eigen::Vector3d& arm_m);
   // Impulses that add up to these; the moment about the centre [N m s].
   void Change(const Eigen::Vector3d& impulse, const Eigen::Vector3d& moment);
+  // Between Begin and End: moves and turns where the substep ends, and changes no velocity [m,
+  // rad].
+  void Shift(const Eigen::Vector3d& way_m, const Eigen::Vector3d& turn_rad);
   // Velocity along the unit vector n, of the point at `arm_m`, per impulse along n there [1/kg].
   double MobilityAlong(const Eigen::Vector3d& n, const Eigen::Vector3d& arm_m) const;
   // Of the point at `arm_m` [m/s].
@@ -37,19 +40,18 @@ class RigidBody {
   // otherwise pose and velocities at the moment.
   const RigidMotion& motion() const { return motion_; }
   // Where the substep ends.
-  RigidMotion AtEnd() const { return motion_.After(seconds_); }
+  RigidMotion AtEnd() const;
   const Eigen::Vector3d& angular_momentum() const { return angular_momentum_; }  // [N m s]
   double mass_kg() const { return mass_kg_; }
   // World axes; of the middle of the substep between Begin and End, else of the moment.
   const Eigen::Matrix3d& inverse_inertia() const { return inverse_inertia_; }
+  Eigen::Matrix3d InverseInertiaAt(const Eigen::Quaterniond& rotation) const;
   // With the angular momentum L it would have this energy of rotation in another pose [J].
   double SpinEnergyAt(const Eigen::Quaterniond& rotation, const Eigen::Vector3d& momentum) const {
     return momentum.dot(InverseInertiaAt(rotation) * momentum) / 2;
   }
 
  private:
-  Eigen::Matrix3d InverseInertiaAt(const Eigen::Quaterniond& rotation) const;
-
   double mass_kg_;
   Eigen::Matrix3d inverse_inertia_described_;  // axes as described [1/(kg m^2)]
   RigidMotion motion_;
@@ -57,6 +59,9 @@ class RigidBody {
   Eigen::Matrix3d inverse_inertia_;  // in the middle of the substep, or at the moment
   Eigen::Vector3d kick_m_per_s_ = Eigen::Vector3d::Zero();  // of gravity in half a substep
   double seconds_ = 0;
+  // Of where the substep ends.
+  Eigen::Vector3d shift_m_ = Eigen::Vector3d::Zero();
+  Eigen::Quaterniond shift_turn_ = Eigen::Quaterniond::Identity();
 };
 
 }  // namespace drape

@@ -64,8 +64,7 @@ UNROLLED = {("ReduceLink", "for (uint level")}
 
 # What only the warps run that have systems, of those that run MeetStrips.
 OF_HALVES = {"EliminateRows", "MeetingImpulse", "SubstituteBack"}
-# What runs only where impulses are cut, or in groups of lanes where a pin is within a strip.
-RARE = {"RemoveExcess", "TakeLargest", "LargestShare", "InnerRow", "ReduceInner", "ImpulseAtPin", "WithInner"}
+RARE = {"RemoveExcess", "TakeLargest"}
 
 
 def warps_of(chain, sizes):

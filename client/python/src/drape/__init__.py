@@ -29,17 +29,18 @@ from .session import Session
 from .states import POSITIONS, POSITIONS_AND_VELOCITIES, VELOCITIES, Answer, Contacts, Grips, Impulses, States, pack
 from .streams import Frame, Frames, Run
 from .topology import Topology
-from .v1 import (Box, Camera, Capsule, ClothOverride, ClothSpec, Collider, Cylinder, DistanceConstraint, Environment, Grid,
-                 Material, Mesh, MeshImport, PackedArray, Particles, Pin, Plane, PointJoint, RenderRequest, SelfCollision,
-                 Sphere, Spring, StateView, StepSettings, Transform)
+from .v1 import (BodyJoint, Box, Camera, Capsule, ClothOverride, ClothSpec, Collider, Cylinder, DistanceConstraint,
+                 Environment, Grid, Material, Mesh, MeshImport, PackedArray, Particles, Pin, Plane, PointJoint,
+                 RenderRequest, SelfCollision, Sphere, Spring, StateView, StepSettings, Transform)
 
 # Written out, since type checkers read it: what it lacks is, to them, no part of the package.
 __all__ = [
-    "POSITIONS", "POSITIONS_AND_VELOCITIES", "VELOCITIES", "Aborted", "Answer", "Box", "Camera", "Cancelled", "Capsule",
-    "Client", "ClothOverride", "ClothSpec", "Cloths", "Collider", "Contacts", "Cylinder", "DeadlineExceeded",
-    "DistanceConstraint", "Environment", "Error", "FailedPrecondition", "FieldViolation", "ForkedProcess", "Frame", "Frames", "Grid", "Grips",
-    "Impulses", "InvalidArgument", "Material", "Mesh", "MeshImport", "NotFound", "PackedArray", "Particles", "Pin",
-    "Pipeline", "Plane", "PointJoint", "RenderRequest", "ResourceExhausted", "Retries", "Run", "SelfCollision", "Session",
-    "SessionLost", "Sphere", "Spring", "StateLost", "StateView", "States", "StepSettings", "Topology", "Transform",
-    "Unauthenticated", "Unavailable", "Unimplemented", "VersionWarning", "__version__", "connect", "errors", "find_server",
-    "launch", "mesh", "pack", "scene", "v1"]
+    "POSITIONS", "POSITIONS_AND_VELOCITIES", "VELOCITIES", "Aborted", "Answer", "BodyJoint", "Box", "Camera",
+    "Cancelled", "Capsule", "Client", "ClothOverride", "ClothSpec", "Cloths", "Collider", "Contacts", "Cylinder",
+    "DeadlineExceeded", "DistanceConstraint", "Environment", "Error", "FailedPrecondition", "FieldViolation",
+    "ForkedProcess", "Frame", "Frames", "Grid", "Grips", "Impulses", "InvalidArgument", "Material", "Mesh",
+    "MeshImport", "NotFound", "PackedArray", "Particles", "Pin", "Pipeline", "Plane", "PointJoint",
+    "RenderRequest", "ResourceExhausted", "Retries", "Run", "SelfCollision", "Session", "SessionLost", "Sphere",
+    "Spring", "StateLost", "StateView", "States", "StepSettings", "Topology", "Transform", "Unauthenticated",
+    "Unavailable", "Unimplemented", "VersionWarning", "__version__", "connect", "errors", "find_server", "launch",
+    "mesh", "pack", "scene", "v1"]
