@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from conftest import sheet, wait_for
-from drape import ClothSpec, Collider, Environment, Pin, Plane, Sphere, Transform, mesh
+from drape import BodyJoint, Box, ClothSpec, Collider, Environment, Pin, Plane, Sphere, Transform, mesh
 from drape.viewer import Window
 
 BALL = Collider(sphere=Sphere(center_m=[0.5, -2, 0.5], radius_m=0.2))
@@ -81,3 +81,27 @@ def test_meshes_and_bodies(session, free_port):
         (_, body) = cloths.describe(0).collider_poses
         ((place,),) = at(window, 1).values()
         assert np.allclose(place, body.position_m, atol=1e-5) and place[1] < 0.25 - 1e-3
+
+
+def test_ropes_follow_their_bodies(session, free_port):
+    """A ball on a rope of two parts over a pulley to a block that hangs on the other end, and falls."""
+    ball = Collider(sphere=Sphere(center_m=[1, 3, 0], radius_m=0.1), mass_kg=1)
+    ball.joints.append(BodyJoint(point_m=[1, 3.1, 0], collider=1, other_point_m=[2, 3.1, 0], rope_length_m=2.9,
+                                 pulleys_m=[1, 4, 0, 2, 4, 0]))
+    block = Collider(box=Box(center_m=[2, 3, 0], half_extents_m=[0.1, 0.1, 0.1]), mass_kg=3)
+    cloths = session.create(sheet(environment=Environment(colliders=[ball, block])), count=2, origins=[[0, 0, 0], [5, 0, 0]])
+    with Window([cloths], port=free_port) as window:
+        ropes = window._drawings[0]._colliders._ropes
+        way = np.array([[1, 3.1, 0], [1, 4, 0], [2, 4, 0], [2, 3.1, 0]])
+        assert ropes.parts.shape == (6, 2, 3)
+        assert ropes.parts[:3] == pytest.approx(np.stack([way[:-1], way[1:]], 1))
+        assert ropes.parts[3:] == pytest.approx(ropes.parts[:3] + [5, 0, 0])
+        stepped(window, 12)
+        states = [pose.position_m[1] for pose in cloths.describe(1).collider_poses[:2]]
+        assert states[1] < 2.97  # has slipped, and lifts nothing before its rope is taut
+        assert ropes.parts[3, 0] == pytest.approx([6, states[0] + 0.1, 0], abs=1e-5)
+        assert ropes.parts[5, 1] == pytest.approx([7, states[1] + 0.1, 0], abs=1e-5)
+        assert np.array_equal(ropes._handle.points, ropes.parts)
+        cloths.update(ClothSpec(), ["environment.colliders"])  # none
+        stepped(window, 1)
+        assert ropes.parts.shape == (0, 2, 3) and ropes._handle is None

@@ -1,4 +1,4 @@
-"""The colliders of a batch in a viser scene: each row's own, where that has them."""
+"""The colliders of a batch in a viser scene, and their ropes: each row's own, where that has them."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ import numpy as np
 
 from drape import v1
 from drape.viewer import shapes
+from drape.viewer.ropes import Ropes, placed
 
 _COLLIDER = (150, 150, 150)
 # Of a Collider: how it moves, not what it looks like.
@@ -25,6 +26,7 @@ class Colliders:
         self._environments: list[v1.Environment] = []
         self._kinds: list[_Kind] = []
         self._made = 0
+        self._ropes = Ropes(scene, f"{name}/ropes", origins)
         self.move_by_themselves = False
 
     def show(self, described):
@@ -35,6 +37,9 @@ class Colliders:
             self._sort()
         for kind in self._kinds:
             kind.place(self._scene, described, self._origins)
+        pivots = {(row, kind.index): kind.pivot for kind in self._kinds for row in kind.rows}
+        self._ropes.show(described, lambda row, index, point: placed(
+            _pose_of(described[row], index, pivots[row, index]), pivots[row, index], point))
 
     @property
     def places(self):
@@ -88,14 +93,14 @@ class _Kind:
         self._poses = None  # [rows, 7] as shown
         self._name = name
         self._collider = collider
-        self._vertices, self._faces, self._pivot = shapes.shape_of(collider)
+        self._vertices, self._faces, self.pivot = shapes.shape_of(collider)
 
     def remove(self):
         if self.handle is not None:
             self.handle.remove()
 
     def place(self, scene, described, origins):
-        poses = np.array([_pose_of(described[at], self.index, self._pivot) for at in self.rows])
+        poses = np.array([_pose_of(described[at], self.index, self.pivot) for at in self.rows])
         poses[:, :3] += origins[self.rows]
         if np.array_equal(poses, self._poses):
             return
