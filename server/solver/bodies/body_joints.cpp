@@ -165,6 +165,13 @@ void BodyJoints::FindDemands(const std::vector<PlacedCollider>& placed, When whe
   }
 }
 
+void BodyJoints::DropImpulses() {
+  for (Joint& joint : joints_) {
+    joint.acts = false;
+    joint.impulse.setZero();
+  }
+}
+
 void BodyJoints::SetImpulse(size_t j, const Vector3d& impulse, When when) {
   joints_[j].impulse = joints_[j].guesses[static_cast<size_t>(when)] = impulse;
 }

@@ -62,6 +62,7 @@ class BodyJoints {
   // Of the ends towards each other, at the moment; of a rope in x, at which it gets slack [m/s].
   Eigen::Vector3d VelocityOf(const std::vector<PlacedCollider>& placed, const Joint& joint) const;
 
+  void DropImpulses();
   void SetImpulse(size_t j, const Eigen::Vector3d& impulse, When when);
   // Of all impulses at the present arms.
   void FindMoments();

@@ -85,7 +85,7 @@ class PatchContacts {
   std::vector<Momentum> Sums() const;
   // Rounds of Look and Resolve until nothing is off. Returns whether joints are where they must be.
   bool Settle(std::vector<PlacedCollider>& placed, const BodyNumbers& numbers);
-  // Takes all impulses away.
+  // Takes all impulses away: nothing touches, no rope is taut.
   void DropImpulses(std::vector<PlacedCollider>& placed);
   // Shifts bodies to the nearest places where joints hold and nothing is inside another one.
   void SettlePlaces(std::vector<PlacedCollider>& placed);

@@ -21,10 +21,11 @@ constexpr double kMostTurn_rad = 0.5;
 void PatchContacts::DropImpulses(std::vector<PlacedCollider>& placed) {
   const std::vector<Momentum> sums = Sums();
   for (size_t c = 0; c < placed.size(); ++c) placed[c].Change(-sums[c].linear, -sums[c].angular);
-  for (Contact& contact : contacts_) contact.impulse.setZero();
-  for (size_t j = 0; j < joints_.joints().size(); ++j) {
-    joints_.SetImpulse(j, Vector3d::Zero(), When::kSubstep);
+  for (Contact& contact : contacts_) {
+    contact.touches = false;
+    contact.impulse.setZero();
   }
+  joints_.DropImpulses();
   FindMoments();
 }
 
