@@ -362,9 +362,10 @@ class RandomLinkages : public BodyTest {
     EXPECT_LE(most_open, 1e-12);
   }
 };
-// Links of 1 to 30 g and 3 to 7 cm, any way, and a ball of 1 to 10 kg that snaps them taut: they
-// whip, by radians in a substep, and hit each other. Joints hold to rounding all the same, and
-// nothing is gained. Impulses that act where a substep starts, alone, throw the ball.
+// Links of 1 to 30 g and 3 to 7 cm, any way, some on short ropes, and a ball of 1 to 10 kg that
+// snaps them taut: they whip, by radians in a substep, and hit each other. Joints hold to rounding
+// all the same, and nothing is gained. Impulses that act where a substep starts, alone, throw the
+// ball.
 class RandomChains : public BodyTest {
  protected:
   void Catch(uint32_t seed, int trials) {
@@ -378,11 +379,17 @@ class RandomChains : public BodyTest {
       Vector3d node = Vector3d::Zero(), way;
       const auto links = static_cast<uint32_t>(3 + random() % 5);
       for (uint32_t k = 0; k < links; ++k) {
+        const bool is_on_rope = k > 0 && random() % 4 == 0;
+        if (is_on_rope) node.x() += 0.01;
         way = any(0.03, 0.07) * Vector3d(any(0.2, 1), any(-1, 1), any(-0.5, 0.5)).normalized();
         Collider link = CapsuleBetween(node, node + way, 0.002);
         link.mass_kg = 1e-3 * std::exp(any(0, 3.4));
         AddBody(scene, link);
-        Join(scene, k, node, k == 0 ? std::nullopt : std::optional(k - 1));
+        if (is_on_rope) {
+          HangOnRope(scene, k, node, node - Vector3d(0.01, 0, 0), 0.015, k - 1);
+        } else {
+          Join(scene, k, node, k == 0 ? std::nullopt : std::optional(k - 1));
+        }
         node += way;
       }
       const double ball_kg = std::exp(any(0, 2.3));
@@ -408,7 +415,7 @@ class RandomChains : public BodyTest {
 class RandomChainsLong : public RandomChains {};
 
 TEST_P(RandomChains, CatchHeavyBalls) {
-  Catch(5, 4);
+  Catch(5, 3);
 }
 
 TEST_P(RandomChainsLong, CatchHeavyBalls) {
