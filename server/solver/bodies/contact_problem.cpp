@@ -186,7 +186,8 @@ void ContactProblem::Minimise() {
     for (size_t i = 0; i < contacts_.size(); ++i) {
       const ProblemContact& contact = contacts_[i];
       const Cone cone = Project(Wanted(i, y_), contact.n, contact.friction, true);
-      if (has_joints && cone.slope != Matrix3d::Zero()) {
+      if (cone.slope.isZero(0)) continue;  // open: no impulse either
+      if (has_joints) {
         hessian += stiffness_[i] * along_free_[i].transpose() * cone.slope * along_free_[i];
       }
       for (size_t a = 0; a < contact.side_count; ++a) {
