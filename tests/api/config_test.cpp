@@ -2,6 +2,7 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <unistd.h>
 
 #include <cstdio>
 #include <filesystem>
@@ -72,8 +73,7 @@ class ConfigFileTest : public testing::Test {
   }
   ~ConfigFileTest() override { std::remove(path_.c_str()); }
 
-  const std::string path_ = testing::TempDir() + "drape_config_test_" +
-                            testing::UnitTest::GetInstance()->current_test_info()->name();
+  const std::string path_ = testing::TempDir() + "drape_config_test_" + std::to_string(getpid());
 };
 
 TEST_F(ConfigFileTest, ItsThreeFormsMeanTheSame) {

@@ -4,6 +4,7 @@
 #include <fcntl.h>
 #include <gtest/gtest.h>
 #include <netinet/in.h>
+#include <poll.h>
 #include <sys/socket.h>
 #include <unistd.h>
 
@@ -114,6 +115,9 @@ class Guard : public testing::Test {
     sockaddr_in from = AddressOf(address, 0);
     EXPECT_EQ(bind(client, reinterpret_cast<sockaddr*>(&from), sizeof(from)), 0);
     EXPECT_EQ(connect(client, reinterpret_cast<sockaddr*>(&at_), sizeof(at_)), 0);
+    // A client may be told of its connection before the listener has it.
+    pollfd incoming{listener_, POLLIN, 0};
+    EXPECT_EQ(poll(&incoming, 1, 30'000), 1);
     // Does not wait after a refused one.
     sockaddr_in peer{};
     socklen_t length = sizeof(peer);
