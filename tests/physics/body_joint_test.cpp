@@ -362,6 +362,8 @@ class RandomLinkages : public BodyTest {
     EXPECT_LE(most_open, 1e-12);
   }
 };
+class RandomLinkagesLong : public RandomLinkages {};
+
 // Links of 1 to 30 g and 3 to 7 cm, any way, some on short ropes, and a ball of 1 to 10 kg that
 // snaps them taut: they whip, by radians in a substep, and hit each other. Joints hold to rounding
 // all the same, and nothing is gained. Impulses that act where a substep starts, alone, throw the
@@ -421,8 +423,6 @@ TEST_P(RandomChains, CatchHeavyBalls) {
 TEST_P(RandomChainsLong, CatchHeavyBalls) {
   Catch(6, 60);
 }
-
-class RandomLinkagesLong : public RandomLinkages {};
 
 TEST_P(RandomLinkages, ThatHitTheFloorGainNothing) {
   for (const uint32_t seed : {1u, 2u}) Fall(seed, 4, 90);

@@ -113,13 +113,12 @@ double MissOf(const ProblemContact& contact, double scale) {
   return std::max(miss, std::sqrt(std::abs(left) * mobility) * 1e-3) / scale;
 }
 
-// The complementarity and the law of friction hold at every contact. With friction, one problem in
-// fifty, of bodies whose masses differ by orders of magnitude, ends with the last round.
+// The complementarity and the law of friction hold at every contact. With friction, some problems
+// of bodies whose masses differ by orders of magnitude end with the last round.
 TEST(ContactProblem, MeetsItsConditions) {
   Problems problems(7);
-  constexpr int kTrials = 1500;
-  int late = 0, bad = 0;
-  for (int trial = 0; trial < kTrials; ++trial) {
+  int late = 0;
+  for (int trial = 0; trial < 600; ++trial) {
     ContactProblem problem = problems.Next();
     const double friction = trial % 3 == 0 ? 0 : problems.Uniform(0, 0.9);
     problem.SolveByPatches(friction, friction);
@@ -128,13 +127,10 @@ TEST(ContactProblem, MeetsItsConditions) {
     for (const ProblemContact& contact : problem.contacts()) {
       miss = std::max(miss, MissOf(contact, scale));
     }
-    if (miss <= kTolerance) continue;
-    ASSERT_GT(friction, 0) << trial << ": " << miss;
-    ++late;
-    if (miss > 2e-3) ++bad;
+    ASSERT_LE(miss, friction == 0 ? kTolerance : 2e-3) << trial;
+    if (miss > kTolerance) ++late;
   }
-  EXPECT_LE(late, kTrials / 50);
-  EXPECT_LE(bad, kTrials / 100);
+  EXPECT_LE(late, 12);
 }
 
 // With joints, too: these have what they demand, and contacts meet their conditions. Both change
@@ -148,24 +144,25 @@ TEST(ContactProblem, MeetsItsConditionsWithJoints) {
     const double friction = trial % 3 == 0 ? 0 : problems.Uniform(0, 0.9);
     problem.SolveByPatches(friction, friction);
     double scale = ScaleOf(problem), miss = 0;
+    // Contacts that contradict joints press by a million times what moves the bodies.
+    double pressed = 0;
     Eigen::VectorXd by_impulses = Eigen::VectorXd::Zero(problem.change().size());
     const auto add = [&](const ProblemSides& its) {
       for (size_t s = 0; s < its.side_count; ++s) {
-        by_impulses.segment<6>(static_cast<Eigen::Index>(6 * its.sides[s].body)) +=
+        const Eigen::Matrix<double, 6, 1> by_its =
             its.sides[s].mobility.transpose() * its.impulse_n_s;
+        by_impulses.segment<6>(static_cast<Eigen::Index>(6 * its.sides[s].body)) += by_its;
+        pressed += by_its.norm();
       }
     };
     for (const ProblemJoint& joint : problem.joints()) {
       scale = std::max(scale, (joint.free_m_per_s - joint.demanded_m_per_s).norm());
       add(joint);
     }
-    const Eigen::VectorXd by_joints = by_impulses;
     for (const ProblemContact& contact : problem.contacts()) {
       miss = std::max(miss, MissOf(contact, scale));
       add(contact);
     }
-    // Contacts that contradict joints press by a million times what moves the bodies.
-    const double pressed = (by_impulses - by_joints).norm();
     for (const ProblemJoint& joint : problem.joints()) {
       double size = scale;
       Vector3d velocity = joint.free_m_per_s;
@@ -184,8 +181,8 @@ TEST(ContactProblem, MeetsItsConditionsWithJoints) {
     ++late;
     if (miss > 2e-3) ++bad;
   }
-  EXPECT_LE(late, kTrials / 50);
-  EXPECT_LE(bad, kTrials / 100);
+  EXPECT_LE(late, kTrials / 100);
+  EXPECT_LE(bad, kTrials / 500);
 }
 
 // Without rebounds the impulses take energy, with any friction.

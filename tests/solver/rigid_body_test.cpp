@@ -62,6 +62,26 @@ TEST(RigidBody, FallsOnAParabola) {
   EXPECT_LE((end.velocity_m_per_s - speed).norm(), rounding);
 }
 
+// It goes on from where it was shifted to, with the velocity and the angular momentum that it had.
+TEST(RigidBody, IsShiftedWithoutAChangeOfVelocity) {
+  const Collider brick = Brick(2.5);
+  const Vector3d way(0.01, -0.02, 0.03), turn(0.3, 0.2, -0.1);
+  RigidBody body(MassOf(brick), MotionOf(brick, {1, 4, -2}, {3, -2, 5}));
+  RigidBody shifted = body;
+  for (RigidBody* its : {&body, &shifted}) its->Begin(0.01, {0, -9.81, 0});
+  const RigidMotion end = body.AtEnd();
+  shifted.Shift(way, turn);
+  body.End();
+  shifted.End();
+  EXPECT_EQ(shifted.motion().velocity_m_per_s, body.motion().velocity_m_per_s);
+  EXPECT_EQ(shifted.angular_momentum(), body.angular_momentum());
+  EXPECT_EQ(shifted.motion().position_m, end.position_m + way);
+  const Eigen::Quaterniond turned(Eigen::AngleAxisd(turn.norm(), turn.normalized()));
+  EXPECT_LE(shifted.motion().rotation.angularDistance(turned * end.rotation), 8 * kEpsilon);
+  shifted.Begin(0.01, {0, -9.81, 0});
+  EXPECT_EQ(shifted.AtEnd().position_m, shifted.motion().After(0.01).position_m) << "once";
+}
+
 // Without forces it stays to rounding, however it tumbles: a step keeps it, and its state rounds
 // two products of a matrix and a vector each way, of the condition of the inertia.
 TEST(RigidBody, KeepsItsAngularMomentum) {

@@ -39,7 +39,8 @@ class BodyJoints {
     // What VelocityOf must become.
     Eigen::Vector3d demanded_m_per_s = Eigen::Vector3d::Zero();
     Eigen::Vector3d impulse = Eigen::Vector3d::Zero();  // [N s]
-    // What was found last, of this substep or the one before: the solver starts there.
+    // What was found last, of this substep or the one before, for kSubstep and kEnd: the solver
+    // starts there.
     std::array<Eigen::Vector3d, 2> guesses{Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero()};
   };
 

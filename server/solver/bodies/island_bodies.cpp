@@ -23,4 +23,12 @@ void IslandBodies::AddSide(ProblemSides& its, size_t c, const Vector3d& arm_m,
       index, push.transpose() * MobilityOf(body.mass_kg(), roots_[index], arm_m)};
 }
 
+ProblemSides IslandBodies::SidesOf(const BodyJoints::Joint& joint) {
+  ProblemSides sides;
+  for (const BodyJoints::End& end : joint.ends) {
+    if (end.collider) AddSide(sides, *end.collider, end.arm_m, end.push);
+  }
+  return sides;
+}
+
 }  // namespace drape::bodies

@@ -5,15 +5,12 @@
 #include <cstddef>
 #include <vector>
 
+#include "server/solver/bodies/body_joints.h"
 #include "server/solver/bodies/contact_problem.h"
 #include "server/solver/bodies/momentum.h"
 #include "server/solver/bodies/placed_collider.h"
 
 namespace drape::bodies {
-
-// The solid gets the impulse of a contact, the other one its opposite.
-inline const Eigen::Matrix3d kAlong = Eigen::Matrix3d::Identity();
-inline const Eigen::Matrix3d kAgainst = -Eigen::Matrix3d::Identity();
 
 class IslandBodies {
  public:
@@ -22,9 +19,10 @@ class IslandBodies {
       : placed_(placed), when_(when) {}
 
   // Adds what an impulse does to collider c, if that is a body: it gets `push` times the impulse,
-  // at `arm_m` from its centre.
+  // at `arm_m` from its centre. Of a contact the solid gets the impulse, the other its opposite.
   void AddSide(ProblemSides& its, size_t c, const Eigen::Vector3d& arm_m,
                const Eigen::Matrix3d& push);
+  ProblemSides SidesOf(const BodyJoints::Joint& joint);
 
   const std::vector<size_t>& colliders() const { return colliders_; }  // of each body
   // root times its transpose is the inverse inertia of body b.

@@ -7,7 +7,6 @@
 #include <optional>
 #include <span>
 
-#include "server/solver/bodies/island_bodies.h"
 #include "server/solver/bodies/rebound.h"
 #include "server/solver/solver_constants.h"
 
@@ -166,9 +165,9 @@ double PatchContacts::Solve(std::vector<PlacedCollider>& placed, const BodyNumbe
   const bool is_first = solved_.empty();
   const double kinetic = KineticEnergyOf(placed);
   if (!shifts_) {
-    const bool is_settled = Settle(placed, numbers);
+    is_settled_ = Settle(placed, numbers);
     const bool is_too_fast = KineticEnergyOf(placed) > kMostEnergyOfJoints * kinetic;
-    shifts_ = is_first && !joints_.joints().empty() && (!is_settled || is_too_fast);
+    shifts_ = is_first && !joints_.joints().empty() && (!is_settled_ || is_too_fast);
     if (shifts_) DropImpulses(placed);
   }
   if (shifts_) SettlePlaces(placed);
@@ -184,7 +183,7 @@ bool PatchContacts::Settle(std::vector<PlacedCollider>& placed, const BodyNumber
     if (round > 0 && !is_off) return true;
     Resolve(placed, numbers, When::kSubstep);
   }
-  return !joints_.Look(placed, When::kSubstep);
+  return !Look(placed, When::kSubstep);
 }
 
 double PatchContacts::LargestChange(const std::vector<RigidMotion>& before) const {
@@ -267,8 +266,9 @@ void PatchContacts::Resolve(std::vector<PlacedCollider>& placed, const BodyNumbe
   }
   joints_.FindDemands(placed, when);
   // In the end what changes acts where the bodies are then; what has moved them keeps its moments,
-  // so that of two bodies their angular momentum together stays.
-  if (when == When::kEnd) FindMoments();
+  // so that of two bodies their angular momentum together stays. Not what is off: contacts that
+  // contradict each other press with so much that the arms of the end would make it energy.
+  if (when == When::kEnd && is_settled_) FindMoments();
   const std::vector<Momentum> pushed = Sums();
   for (size_t c = 0; c < placed.size(); ++c) {
     placed[c].Change(-pushed[c].linear, -pushed[c].angular);
@@ -330,6 +330,14 @@ std::vector<PatchContacts::Island> PatchContacts::Islands(
   return islands;
 }
 
+ProblemSides PatchContacts::SidesOf(const Contact& contact, IslandBodies& bodies) const {
+  const Face& face = faces_[contact.face];
+  ProblemSides sides;
+  bodies.AddSide(sides, face.solid, contact.arm_of_solid, Eigen::Matrix3d::Identity());
+  bodies.AddSide(sides, face.other, contact.arm_of_other, -Eigen::Matrix3d::Identity());
+  return sides;
+}
+
 // A hit adds no energy to what the bodies had when the substep began and what others have given
 // them since: it is the plastic one and as much of the rebound as that allows (friction and
 // rebounds together, and corners that turn within the substep, may ask for more).
@@ -342,24 +350,18 @@ void PatchContacts::ResolveIsland(const std::vector<PlacedCollider>& placed, con
   bool rebounds = false;
   for (const size_t i : island.contacts) {
     const Contact& contact = contacts_[i];
-    const Face& face = faces_[contact.face];
-    ProblemContact& its = contacts.emplace_back();
-    bodies.AddSide(its, face.solid, contact.arm_of_solid, kAlong);
-    bodies.AddSide(its, face.other, contact.arm_of_other, kAgainst);
+    ProblemContact& its = contacts.emplace_back(SidesOf(contact, bodies));
     its.n = contact.n;
     its.free_m_per_s = VelocityOf(placed, contact);
     its.least_m_per_s = when == When::kEnd ? contact.rebound_m_per_s : contact.least_m_per_s;
-    its.patch = face.patch;
+    its.patch = faces_[contact.face].patch;
     its.impulse_n_s = contact.guesses[static_cast<size_t>(when)];
     its.slides = contact.slides;
     rebounds |= when == When::kEnd && contact.rebound_m_per_s > 0;
   }
   for (const size_t j : island.joints) {
     const BodyJoints::Joint& joint = joints_.joints()[j];
-    ProblemSides sides;
-    for (const BodyJoints::End& end : joint.ends) {
-      if (end.collider) bodies.AddSide(sides, *end.collider, end.arm_m, end.push);
-    }
+    ProblemSides sides = bodies.SidesOf(joint);
     sides.free_m_per_s = joints_.VelocityOf(placed, joint);
     sides.impulse_n_s = joint.guesses[static_cast<size_t>(when)];
     if (joint.described->is_rope()) {

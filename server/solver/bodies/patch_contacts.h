@@ -11,6 +11,7 @@
 #include "server/solver/bodies/body_numbers.h"
 #include "server/solver/bodies/body_points.h"
 #include "server/solver/bodies/contact_problem.h"
+#include "server/solver/bodies/island_bodies.h"
 #include "server/solver/bodies/momentum.h"
 #include "server/solver/bodies/placed_collider.h"
 #include "server/solver/step_impulses.h"
@@ -59,7 +60,8 @@ class PatchContacts {
     Eigen::Vector3d impulse = Eigen::Vector3d::Zero();
     Eigen::Vector3d moment_on_solid = Eigen::Vector3d::Zero();
     Eigen::Vector3d moment_on_other = Eigen::Vector3d::Zero();
-    // What was found last, of this substep or the one before: the solver starts there.
+    // What was found last, of this substep or the one before, for kSubstep and kEnd: the solver
+    // starts there.
     bool slides = false;
     std::array<Eigen::Vector3d, 2> guesses{Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero()};
   };
@@ -83,7 +85,7 @@ class PatchContacts {
   void FindMoments();
   // Sums of the impulses of all contacts and joints, by collider.
   std::vector<Momentum> Sums() const;
-  // Rounds of Look and Resolve until nothing is off. Returns whether joints are where they must be.
+  // Rounds of Look and Resolve until nothing is off. Returns whether that is so.
   bool Settle(std::vector<PlacedCollider>& placed, const BodyNumbers& numbers);
   // Takes all impulses away: nothing touches, no rope is taut.
   void DropImpulses(std::vector<PlacedCollider>& placed);
@@ -93,6 +95,7 @@ class PatchContacts {
   // Takes all impulses away, finds new ones, applies them.
   void Resolve(std::vector<PlacedCollider>& placed, const BodyNumbers& numbers, When when);
   std::vector<Island> Islands(const std::vector<PlacedCollider>& placed) const;
+  ProblemSides SidesOf(const Contact& contact, IslandBodies& bodies) const;
   void ResolveIsland(const std::vector<PlacedCollider>& placed, const Island& island,
                      const std::vector<Momentum>& pushed, const BodyNumbers& numbers, When when);
   // The largest change across contacts and joints since the motions `before` [m/s].
@@ -107,7 +110,9 @@ class PatchContacts {
   std::vector<Eigen::Vector3d> places_;  // of one face
   // The motions of all bodies as the last Solve left them.
   std::vector<RigidMotion> solved_;
-  bool shifts_ = false;  // places instead of impulses, in the substep under way
+  // In the substep under way: nothing was off in the end; places are shifted instead.
+  bool is_settled_ = false;
+  bool shifts_ = false;
   double seconds_ = 0;
 };
 

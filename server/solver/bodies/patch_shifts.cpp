@@ -2,7 +2,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "server/solver/bodies/island_bodies.h"
 #include "server/solver/bodies/patch_contacts.h"
 
 namespace drape::bodies {
@@ -44,20 +43,14 @@ void PatchContacts::ShiftIsland(std::vector<PlacedCollider>& placed, const Islan
   std::vector<ProblemJoint> joints;
   for (const size_t i : island.contacts) {
     const Contact& contact = contacts_[i];
-    const Face& face = faces_[contact.face];
-    ProblemContact& its = contacts.emplace_back();
-    bodies.AddSide(its, face.solid, contact.arm_of_solid, kAlong);
-    bodies.AddSide(its, face.other, contact.arm_of_other, kAgainst);
+    ProblemContact& its = contacts.emplace_back(SidesOf(contact, bodies));
     its.free_m_per_s.setZero();
     its.n = contact.n;
     its.least_m_per_s = -(contact.gap - contact.floor) / seconds_;
   }
   for (const size_t j : island.joints) {
     const BodyJoints::Joint& joint = joints_.joints()[j];
-    ProblemSides sides;
-    for (const BodyJoints::End& end : joint.ends) {
-      if (end.collider) bodies.AddSide(sides, *end.collider, end.arm_m, end.push);
-    }
+    ProblemSides sides = bodies.SidesOf(joint);
     sides.free_m_per_s.setZero();
     if (joint.described->is_rope()) {
       contacts.push_back({sides, Vector3d::UnitX(), joint.demanded_m_per_s.x()});

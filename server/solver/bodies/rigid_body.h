@@ -26,8 +26,7 @@ class RigidBody {
   void Push(const Eigen::Vector3d& impulse, const Eigen::Vector3d& arm_m);
   // Impulses that add up to these; the moment about the centre [N m s].
   void Change(const Eigen::Vector3d& impulse, const Eigen::Vector3d& moment);
-  // Between Begin and End: moves and turns where the substep ends, and changes no velocity [m,
-  // rad].
+  // Between Begin and End: moves and turns where the substep ends. No velocity changes [m, rad].
   void Shift(const Eigen::Vector3d& way_m, const Eigen::Vector3d& turn_rad);
   // Velocity along the unit vector n, of the point at `arm_m`, per impulse along n there [1/kg].
   double MobilityAlong(const Eigen::Vector3d& n, const Eigen::Vector3d& arm_m) const;

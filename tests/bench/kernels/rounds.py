@@ -64,6 +64,7 @@ UNROLLED = {("ReduceLink", "for (uint level")}
 
 # What only the warps run that have systems, of those that run MeetStrips.
 OF_HALVES = {"EliminateRows", "MeetingImpulse", "SubstituteBack"}
+# What runs only where impulses are cut.
 RARE = {"RemoveExcess", "TakeLargest"}
 
 

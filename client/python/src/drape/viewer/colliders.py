@@ -26,6 +26,7 @@ class Colliders:
         self._environments: list[v1.Environment] = []
         self._kinds: list[_Kind] = []
         self._made = 0
+        self._pivots: dict[tuple[int, int], np.ndarray] = {}  # by row and index
         self._ropes = Ropes(scene, f"{name}/ropes", origins)
         self.move_by_themselves = False
 
@@ -37,9 +38,12 @@ class Colliders:
             self._sort()
         for kind in self._kinds:
             kind.place(self._scene, described, self._origins)
-        pivots = {(row, kind.index): kind.pivot for kind in self._kinds for row in kind.rows}
-        self._ropes.show(described, lambda row, index, point: placed(
-            _pose_of(described[row], index, pivots[row, index]), pivots[row, index], point))
+
+        def place_of(row, index, point):
+            pivot = self._pivots[row, index]
+            return placed(_pose_of(described[row], index, pivot), pivot, point)
+
+        self._ropes.show(place_of)
 
     @property
     def places(self):
@@ -64,6 +68,8 @@ class Colliders:
             self._kinds.append(kind)
         for kind in before.values():
             kind.remove()
+        self._pivots = {(row, kind.index): kind.pivot for kind in self._kinds for row in kind.rows}
+        self._ropes.sort(self._environments)
 
     def _kind_of(self, index, looks, at):
         collider = v1.Collider.FromString(looks)
