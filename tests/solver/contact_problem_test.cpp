@@ -114,7 +114,8 @@ double MissOf(const ProblemContact& contact, double scale) {
 }
 
 // The complementarity and the law of friction hold at every contact. With friction, some problems
-// of bodies whose masses differ by orders of magnitude end with the last round.
+// of bodies whose masses differ by orders of magnitude end with the last round: 2 of 9000 (by
+// hand).
 TEST(ContactProblem, MeetsItsConditions) {
   Problems problems(7);
   int late = 0;
@@ -130,7 +131,7 @@ TEST(ContactProblem, MeetsItsConditions) {
     ASSERT_LE(miss, friction == 0 ? kTolerance : 2e-3) << trial;
     if (miss > kTolerance) ++late;
   }
-  EXPECT_LE(late, 12);
+  EXPECT_LE(late, 3);
 }
 
 // With joints, too: these have what they demand, and contacts meet their conditions. Both change
@@ -181,7 +182,7 @@ TEST(ContactProblem, MeetsItsConditionsWithJoints) {
     ++late;
     if (miss > 2e-3) ++bad;
   }
-  EXPECT_LE(late, kTrials / 100);
+  EXPECT_LE(late, kTrials / 200);
   EXPECT_LE(bad, kTrials / 500);
 }
 

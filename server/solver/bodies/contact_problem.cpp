@@ -1,5 +1,6 @@
 #include "server/solver/bodies/contact_problem.h"
 
+#include <Eigen/LU>
 #include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
@@ -12,22 +13,25 @@ using Eigen::MatrixXd;
 using Eigen::Vector3d;
 using Eigen::VectorXd;
 
-// Softness of a contact in one minimisation, relative to its mobility [-]. What it leaves is taken
-// into the next one, so the result does not depend on it. Larger: more of them; smaller: the
-// systems lose digits.
-constexpr double kSoftness = 1e-6;
-// Most minimisations; and the relative change of the motion below which they end [-]. The error
-// left is smaller by kSoftness over the share that the least mobile motion has of a contact's
-// mobility.
-constexpr int kMostMinimisations = 80;
+// Softness of a contact in one round of the method of multipliers, relative to its mobility [-]:
+// at first; at last; and the rounds after which it becomes a tenth. What it leaves is taken into
+// the next round, so the result does not depend on it. Larger: motions that the contacts barely
+// hinder take more rounds; smaller: Newton's method finds its way with more steps, and systems lose
+// digits.
+constexpr double kFirstSoftness = 1e-3;
+constexpr double kLastSoftness = 1e-6;
+constexpr int kRoundsOfASoftness = 6;
+// Most rounds; and how far from its conditions a contact may be in the end, as a share of the
+// largest velocity [-].
+constexpr int kMostRoundsOfImpulses = 80;
 constexpr double kAgreement = 1e-9;
-// Minimisations after which the lift of what slides follows by half: some go to and fro otherwise.
-// Earlier: the others take longer; later: fewer are left.
-constexpr int kFastMinimisations = 20;
-// Most steps of one, and how often a step is halved [-]. Each step is exact while no contact opens,
-// closes, sticks or slides.
+// Most steps of Newton's method in one round, and how often a step is halved [-]: for a minimum,
+// and where there is none. Each step is exact while no contact opens, closes, sticks or slides.
 constexpr int kMostSteps = 40;
 constexpr int kMostHalvings = 40;
+constexpr int kMostHalvingsOfLifts = 8;
+// Of what a step promises, the share that it must keep [-].
+constexpr double kKept = 1e-4;
 // A contact slides where its velocity is more than this share of the largest one without impulses
 // [-]. Smaller: what rounding leaves looks like sliding; larger: what slides slowly sticks.
 constexpr double kSliding = 1e-6;
@@ -69,9 +73,12 @@ Cone Project(const Vector3d& z, const Vector3d& n, double friction, bool with_sl
   return cone;
 }
 
+Vector3d SlidingOf(const Vector3d& velocity, const Vector3d& n) {
+  return velocity - velocity.dot(n) * n;
+}
+
 double SlidingOf(const ProblemContact& contact) {
-  const Vector3d& v = contact.velocity_m_per_s;
-  return (v - v.dot(contact.n) * contact.n).norm();
+  return SlidingOf(contact.velocity_m_per_s, contact.n).norm();
 }
 
 }  // namespace
@@ -97,7 +104,7 @@ Vector3d ContactProblem::VelocityAt(const ProblemSides& its, const VectorXd& y) 
 Vector3d ContactProblem::Wanted(size_t i, const VectorXd& y) const {
   const ProblemContact& contact = contacts_[i];
   const Vector3d over = VelocityAt(contact, y) + (shift_[i] - contact.least_m_per_s) * contact.n;
-  return from_[i] - stiffness_[i] * over;
+  return from_[i] - Stiffness(i) * over;
 }
 
 VectorXd ContactProblem::SlopeAt(const VectorXd& y) const {
@@ -110,7 +117,41 @@ VectorXd ContactProblem::SlopeAt(const VectorXd& y) const {
       slope.segment<6>(static_cast<Eigen::Index>(6 * body)) -= mobility.transpose() * impulse;
     }
   }
-  return slope;
+  return joints_.empty() ? slope : free_.transpose() * slope;
+}
+
+MatrixXd ContactProblem::DerivativeAt(const VectorXd& y, bool lifts_follow) const {
+  const bool has_joints = !joints_.empty();
+  const Eigen::Index size = has_joints ? free_.cols() : y.size();
+  MatrixXd derivative = MatrixXd::Identity(size, size);
+  for (size_t i = 0; i < contacts_.size(); ++i) {
+    const ProblemContact& contact = contacts_[i];
+    const Cone cone = Project(Wanted(i, y), contact.n, contact.friction, true);
+    if (cone.slope.isZero(0)) continue;  // open
+    Matrix3d weight = Stiffness(i) * cone.slope;
+    if (lifts_follow && shift_[i] > 0) {
+      const Vector3d sliding = SlidingOf(VelocityAt(contact, y), contact.n);
+      const Vector3d lift = contact.friction * sliding.normalized();
+      weight += weight * contact.n * lift.transpose();
+    }
+    if (has_joints) {
+      derivative += along_free_[i].transpose() * weight * along_free_[i];
+      continue;
+    }
+    for (size_t a = 0; a < contact.side_count; ++a) {
+      const auto at_a = static_cast<Eigen::Index>(6 * contact.sides[a].body);
+      const Eigen::Matrix<double, 6, 3> of_a = contact.sides[a].mobility.transpose() * weight;
+      for (size_t b = 0; b < contact.side_count; ++b) {
+        const auto at_b = static_cast<Eigen::Index>(6 * contact.sides[b].body);
+        derivative.block<6, 6>(at_a, at_b) += of_a * contact.sides[b].mobility;
+      }
+    }
+  }
+  return derivative;
+}
+
+bool ContactProblem::IsSmall(const VectorXd& way) const {
+  return way.norm() <= kAgreement / 10 * (y_.norm() + scale_);
 }
 
 // Joints demand A y = d. From any y, the least change that does it is Aᵀ λ with A Aᵀ λ = d - A y.
@@ -179,91 +220,129 @@ VectorXd ContactProblem::ChangeByContacts() const {
 // Newton's method: the function is convex and smooth but for the second derivative. With joints it
 // moves along what they leave, in as many numbers as that has dimensions.
 void ContactProblem::Minimise() {
-  const bool has_joints = !joints_.empty();
-  const Eigen::Index size = has_joints ? free_.cols() : y_.size();
-  MatrixXd hessian(size, size);
-  VectorXd slope(y_.size());
   for (int step = 0; step < kMostSteps; ++step) {
-    hessian.setIdentity();
-    slope = y_;
-    for (size_t i = 0; i < contacts_.size(); ++i) {
-      const ProblemContact& contact = contacts_[i];
-      const Cone cone = Project(Wanted(i, y_), contact.n, contact.friction, true);
-      if (cone.slope.isZero(0)) continue;  // open: no impulse either
-      if (has_joints) {
-        hessian += stiffness_[i] * along_free_[i].transpose() * cone.slope * along_free_[i];
-      }
-      for (size_t a = 0; a < contact.side_count; ++a) {
-        const Mobility& of_a = contact.sides[a].mobility;
-        const auto at_a = static_cast<Eigen::Index>(6 * contact.sides[a].body);
-        slope.segment<6>(at_a) -= of_a.transpose() * cone.nearest;
-        if (has_joints) continue;
-        const Eigen::Matrix<double, 6, 3> weighed = stiffness_[i] * of_a.transpose() * cone.slope;
-        for (size_t b = 0; b < contact.side_count; ++b) {
-          const auto at_b = static_cast<Eigen::Index>(6 * contact.sides[b].body);
-          hessian.block<6, 6>(at_a, at_b) += weighed * contact.sides[b].mobility;
-        }
-      }
-    }
-    if (has_joints) slope = free_.transpose() * slope;
-    VectorXd way = -hessian.llt().solve(slope);
+    const VectorXd slope = SlopeAt(y_);
+    const VectorXd way = -DerivativeAt(y_, false).llt().solve(slope);
     const double descent = slope.dot(way);
-    if (has_joints) way = free_ * way;
-    if (way.norm() <= kAgreement / 10 * (y_.norm() + scale_)) {
-      y_ += way;
+    const VectorXd moves = joints_.empty() ? way : free_ * way;
+    if (IsSmall(way)) {
+      y_ += moves;
       return;
     }
     // Convex: the slope along the way says where its lowest place is.
     double share = 1, low = 0, high = 1;
     for (int halving = 0; halving < kMostHalvings; ++halving) {
-      const double at = SlopeAt(y_ + share * way).dot(way);
+      const double at = SlopeAt(y_ + share * moves).dot(way);
       if (std::abs(at) <= -descent / 2) break;
       if (at < 0 && share == 1) break;
       (at < 0 ? low : high) = share;
       share = (low + high) / 2;
     }
-    y_ += share * way;
+    y_ += share * moves;
   }
 }
 
-// The method of multipliers, for the convex problem in which what slides also lifts by mu |c_t|;
-// `shift_` takes that back (De Saxce and Feng 1998, «The bipotential method»).
-void ContactProblem::Solve() {
-  from_.resize(contacts_.size());
-  shift_.resize(contacts_.size());
-  stiffness_.resize(contacts_.size());
-  FactorJoints();
-  scale_ = OnJoints(VectorXd::Zero(static_cast<Eigen::Index>(6 * body_count_))).norm();
+void ContactProblem::LiftAt(const VectorXd& y) {
   for (size_t i = 0; i < contacts_.size(); ++i) {
     const ProblemContact& contact = contacts_[i];
-    double mobility = 0;
+    shift_[i] = 0;
+    const Vector3d wanted = Wanted(i, y);
+    const double along = wanted.dot(contact.n);
+    if (SlidingOf(wanted, contact.n).norm() <= contact.friction * along) continue;  // sticks
+    shift_[i] = contact.friction * SlidingOf(VelocityAt(contact, y), contact.n).norm();
+  }
+}
+
+bool ContactProblem::MoveWithLifts() {
+  const VectorXd start = y_;
+  LiftAt(y_);
+  VectorXd slope = SlopeAt(y_);
+  for (int step = 0; step < kMostSteps; ++step) {
+    VectorXd way = -DerivativeAt(y_, true).partialPivLu().solve(slope);
+    if (!way.allFinite()) break;
+    if (!joints_.empty()) way = free_ * way;
+    if (IsSmall(way)) {
+      y_ += way;
+      LiftAt(y_);
+      return true;
+    }
+    double share = 1;
+    for (int halving = 0;; ++halving) {
+      const VectorXd there = y_ + share * way;
+      LiftAt(there);
+      const VectorXd slope_there = SlopeAt(there);
+      if (slope_there.norm() < (1 - kKept * share) * slope.norm()) {
+        y_ = there;
+        slope = slope_there;
+        break;
+      }
+      if (halving == kMostHalvingsOfLifts) {
+        y_ = start;
+        return false;
+      }
+      share /= 2;
+    }
+  }
+  y_ = start;
+  return false;
+}
+
+double ContactProblem::TakeImpulses() {
+  double off = 0;
+  for (size_t i = 0; i < contacts_.size(); ++i) {
+    const ProblemContact& contact = contacts_[i];
+    const Vector3d next = Project(Wanted(i, y_), contact.n, contact.friction, false).nearest;
+    off = std::max(off, (next - from_[i]).norm() / Stiffness(i));
+    from_[i] = next;
+  }
+  return off;
+}
+
+double ContactProblem::TakeLifts() {
+  double off = 0;
+  for (size_t i = 0; i < contacts_.size(); ++i) {
+    const ProblemContact& contact = contacts_[i];
+    const double lift = contact.friction * SlidingOf(VelocityAt(contact, y_), contact.n).norm();
+    off = std::max(off, std::abs(lift - shift_[i]));
+    shift_[i] = lift;
+  }
+  return off;
+}
+
+// The method of multipliers, for the convex problem in which what slides also lifts by mu |c_t|;
+// `shift_` takes that back (De Saxce and Feng 1998, «The bipotential method»). The lifts follow the
+// motion from round to round, or, which takes fewer rounds, within one.
+void ContactProblem::Solve() {
+  const size_t count = contacts_.size();
+  from_.resize(count);
+  shift_.assign(count, 0);
+  mobility_.assign(count, 0);
+  softness_ = kFirstSoftness;
+  FactorJoints();
+  y_ = OnJoints(VectorXd::Zero(static_cast<Eigen::Index>(6 * body_count_)));
+  scale_ = y_.norm();
+  double fastest = 0;
+  for (size_t i = 0; i < count; ++i) {
+    const ProblemContact& contact = contacts_[i];
     from_[i] = Project(contact.impulse_n_s, contact.n, contact.friction, false).nearest;
     for (size_t s = 0; s < contact.side_count; ++s) {
-      mobility += contact.sides[s].mobility.squaredNorm() / 3;
+      mobility_[i] += contact.sides[s].mobility.squaredNorm() / 3;
     }
-    stiffness_[i] = 1 / (kSoftness * mobility);
-    const Vector3d over = contact.free_m_per_s - contact.least_m_per_s * contact.n;
-    scale_ = std::max(scale_, over.norm() / std::sqrt(mobility));
+    const Vector3d demanded = contact.least_m_per_s * contact.n;
+    const double over = (contact.free_m_per_s - demanded).norm();
+    scale_ = std::max(scale_, over / std::sqrt(mobility_[i]));
+    fastest = std::max({fastest, over, (VelocityAt(contact, y_) - demanded).norm()});
   }
   y_ = OnJoints(ChangeByContacts());
-  const auto update = [&](bool with_impulses, bool by_half) {
-    for (size_t i = 0; i < contacts_.size(); ++i) {
-      ProblemContact& contact = contacts_[i];
-      if (with_impulses) {
-        from_[i] = Project(Wanted(i, y_), contact.n, contact.friction, false).nearest;
-      }
-      contact.velocity_m_per_s = VelocityAt(contact, y_);
-      const double lift = contact.friction * SlidingOf(contact);
-      shift_[i] = by_half ? (shift_[i] + lift) / 2 : lift;
+  TakeLifts();
+  for (int round = 0; round < kMostRoundsOfImpulses && count > 0; ++round) {
+    if (round > 0 && round % kRoundsOfASoftness == 0 && softness_ > kLastSoftness) softness_ /= 10;
+    if (round == 0 || !MoveWithLifts()) {
+      TakeLifts();
+      Minimise();
     }
-  };
-  update(false, false);
-  VectorXd before;
-  for (int round = 0; round < kMostMinimisations && !contacts_.empty(); ++round) {
-    before = y_;
-    Minimise();
-    update(true, round >= kFastMinimisations);
-    if ((y_ - before).norm() <= kAgreement * (y_.norm() + scale_)) break;
+    const double off = TakeImpulses();
+    if (off + TakeLifts() <= kAgreement * fastest) break;
   }
   // The motion is that of the impulses, also where the rounds did not end.
   const VectorXd by_contacts = ChangeByContacts();
@@ -290,7 +369,7 @@ bool ContactProblem::IsFast(size_t patch, double more_friction) const {
     if (!contact.has_friction || contact.patch != patch) continue;
     const double normal = contact.impulse_n_s.dot(contact.n);
     if (normal > 0) fastest = std::max(fastest, SlidingOf(contact));
-    stoppable += more_friction * normal * kMostOfMobility / (kSoftness * stiffness_[i]);
+    stoppable += more_friction * normal * kMostOfMobility * mobility_[i];
   }
   return fastest > stoppable;
 }

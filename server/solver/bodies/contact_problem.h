@@ -86,7 +86,20 @@ class ContactProblem {
   bool IsFast(size_t patch, double more_friction) const;
   // Of the contacts with the shifts `shift_`, from multipliers `from_`: minimises in y.
   void Minimise();
+  // Newton's method for what slides and lifts by it at once: no minimum, its derivative is not
+  // symmetric. Returns whether it got there; if not, y_ is what it was, and shifts are of no use.
+  bool MoveWithLifts();
+  // Shifts by what slides with y; what sticks lifts by nothing.
+  void LiftAt(const Eigen::VectorXd& y);
+  // Multipliers, shifts that y_ asks for. Returns the largest change, as a velocity [m/s].
+  double TakeImpulses();
+  double TakeLifts();
+  // Of the function that Minimise() makes least, along what joints leave; and the derivative of
+  // that, with shifts that stay or that follow y.
   Eigen::VectorXd SlopeAt(const Eigen::VectorXd& y) const;
+  Eigen::MatrixXd DerivativeAt(const Eigen::VectorXd& y, bool lifts_follow) const;
+  bool IsSmall(const Eigen::VectorXd& way) const;
+  double Stiffness(size_t i) const { return 1 / (softness_ * mobility_[i]); }  // [kg]
   Eigen::Vector3d VelocityAt(const ProblemSides& its, const Eigen::VectorXd& y) const;
   // The change of y by the impulses `from_` of the contacts.
   Eigen::VectorXd ChangeByContacts() const;
@@ -97,7 +110,8 @@ class ContactProblem {
   std::vector<ProblemContact> contacts_;
   std::vector<Eigen::Vector3d> from_;  // [contact_count] impulses
   std::vector<double> shift_;          // [contact_count] along n [m/s]
-  std::vector<double> stiffness_;      // [contact_count] [kg]
+  std::vector<double> mobility_;       // [contact_count] [1/kg]
+  double softness_ = 0;                // relative to it
   Eigen::VectorXd y_;                  // [6 body_count]
   double scale_ = 0;                   // of y
 
