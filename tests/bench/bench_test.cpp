@@ -104,6 +104,14 @@ TEST_F(BenchTest, BudgetOnEveryBackend) {
   EXPECT_THAT(ReadText(out_ / "README.md"), HasSubstr("| cpu, 1 ms |"));
 }
 
+TEST_F(BenchTest, BodiesOfEveryScene) {
+  const Ending ending = Bench("bodies");
+  ASSERT_EQ(ending.exit_status, 0) << ending.text;
+  EXPECT_EQ(RowCount(out_ / "bodies.csv"), 10 * 2);
+  ASSERT_EQ(Tables("").exit_status, 0);
+  EXPECT_THAT(ReadText(out_ / "README.md"), HasSubstr("| lattice_16 | cpu | 16 | 128 |"));
+}
+
 TEST_F(BenchTest, PicturesOfEveryWay) {
   const Ending ending = Bench("pictures --backends=cpu");
   ASSERT_EQ(ending.exit_status, 0) << ending.text;

@@ -23,6 +23,7 @@ struct CommandLine {
   OrderOptions order;
   AccuracyOptions accuracy;
   StabilityOptions stability;
+  BodiesOptions bodies;
   BudgetOptions budget;
   PicturesOptions pictures;
   SpeedOptions speed;
@@ -97,6 +98,11 @@ void AddScenes(CLI::App& app, CommandLine& line) {
   budget->add_option("--budgets-ms", line.budget.budgets_ms)->delimiter(',');
   budget->add_option("--particles", line.budget.particles, "particles of the cloth");
   budget->add_option("--steps", line.budget.steps)->check(CLI::PositiveNumber);
+  CLI::App* bodies = app.add_subcommand(
+      "bodies", "bodies that touch and hang together, on cpu and reference; not part of all");
+  bodies->add_option("--scenes", line.bodies.scenes, "only these")->delimiter(',');
+  bodies->add_option("--steps-of-scene", line.bodies.steps, "from the start of each")
+      ->check(CLI::PositiveNumber);
   CLI::App* pictures = app.add_subcommand(
       "pictures", "the renderer without requests: tiles, large pictures; not part of all");
   pictures->add_option("--tiles", line.pictures.tiles, "cloths, each in a picture of its own")
@@ -119,9 +125,10 @@ void AddScenes(CLI::App& app, CommandLine& line) {
                       "folder of shaders that replace built-in ones");
   CLI::App* device = app.add_subcommand("device", "the GL device; exit status 3: software");
   device->add_flag("--require-hardware", line.needs_hardware, "fail on a software renderer");
-  app.add_subcommand("all",
-                     "all tables except those of accuracy, budget, contact, pictures, speed and "
-                     "stability (the default)");
+  app.add_subcommand(
+      "all",
+      "all tables except those of accuracy, bodies, budget, contact, pictures, speed and "
+      "stability (the default)");
 }
 
 void AddSpeed(CLI::App& app, CommandLine& line) {
@@ -206,6 +213,7 @@ int Run(const CLI::App& app, CommandLine& line) {
   if (is_wanted("order", 1)) MeasureOrder(bench, line.order);
   if (app.got_subcommand("accuracy")) MeasureAccuracy(bench, line.accuracy);
   if (app.got_subcommand("budget")) MeasureBudget(bench, line.budget);
+  if (app.got_subcommand("bodies")) MeasureBodies(bench, line.bodies);
   if (app.got_subcommand("pictures")) MeasurePictures(bench, line.pictures);
   if (app.got_subcommand("speed")) MeasureSpeed(bench, line.speed);
   if (app.got_subcommand("contact")) MeasureContact(bench, line.contact);

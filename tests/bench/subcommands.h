@@ -48,6 +48,13 @@ struct BudgetOptions {
 };
 void MeasureBudget(Bench& bench, BudgetOptions options);
 
+// Bodies that touch and hang together -> bodies.csv.
+struct BodiesOptions {
+  std::vector<std::string> scenes;  // empty: all
+  uint32_t steps = 90;              // from the start, all of them counted
+};
+void MeasureBodies(Bench& bench, BodiesOptions options);
+
 // The renderer without requests -> pictures.csv.
 struct PicturesOptions {
   uint32_t tiles = 64;

@@ -42,6 +42,7 @@ COLUMNS = {
     "budget": [
         "backend", "particles", "budget_ms", "steps", "median_ms", "p90_ms", "p99_ms", "max_ms", "sweep_ms", "cap_median",
         "cap_min", "over_budget"],
+    "bodies": ["scene", "bodies", "joints", "backend", "steps", "median_ms", "p90_ms", "max_ms"],
     "pictures": ["scene", "way", "pictures", "width_px", "height_px", "rounds", "p10_ms", "median_ms", "p90_ms", "cpu_ms"],
     **speed_tables.COLUMNS,
     **accuracy_tables.COLUMNS,
@@ -197,6 +198,14 @@ def order_text(rows):
     return [*text, ""]
 
 
+def bodies_text(rows):
+    lines = [[row["scene"], row["backend"], *(f"{row[key]:.0f}" for key in ("bodies", "joints")),
+              *(f"{row[key]:.3g}" for key in ("median_ms", "p90_ms", "max_ms"))] for row in rows]
+    return ["## Bodies\n",
+            f"Each scene from its start, {rows[0]['steps']:.0f} steps of 1/60 s, REALTIME; a backend has one thread for a scene.\n",
+            markdown(["scene", "backend", "bodies", "joints", "median [ms]", "90 % [ms]", "most [ms]"], lines)]
+
+
 def pictures_text(rows):
     lines = [[row["scene"], row["way"], f"{row['pictures']:.0f}", f"{row['width_px']:.0f}×{row['height_px']:.0f}",
               *(f"{row[key]:.1f}" for key in ("p10_ms", "median_ms", "p90_ms", "cpu_ms"))] for row in rows]
@@ -262,6 +271,8 @@ def readme(folder):
         text += order_text(tables["order"])
     if tables["budget"]:
         text += budget_text(tables["budget"])
+    if tables["bodies"]:
+        text += bodies_text(tables["bodies"])
     if tables["pictures"]:
         text += pictures_text(tables["pictures"])
     text += speed_tables.speed_text(tables, machine["cpu_backend"], machine["gl"])

@@ -7,15 +7,6 @@
 
 namespace drape::test {
 
-// A point joint of collider c with another one, or with the environment.
-inline void Join(Scene& scene, uint32_t c, const Eigen::Vector3d& point_m,
-                 std::optional<uint32_t> other = {}) {
-  BodyJoint joint;
-  joint.point_m = joint.other_point_m = point_m;
-  joint.collider = other;
-  scene.parameters.colliders[c].joints.push_back(joint);
-}
-
 inline void Hinge(Scene& scene, uint32_t c, const Eigen::Vector3d& point_m,
                   const Eigen::Vector3d& axis, std::optional<uint32_t> other = {}) {
   Join(scene, c, point_m - 0.05 * axis, other);

@@ -3,22 +3,10 @@
 
 #include <cmath>
 
-#include "server/scene/body_mass.h"
 #include "tests/physics/physics_test.h"
+#include "tests/support/bodies.h"
 
 namespace drape::test {
-
-// One that starts to move as its collider is described.
-inline void AddBody(Scene& scene, const Collider& collider,
-                    const Eigen::Vector3d& velocity = Eigen::Vector3d::Zero(),
-                    const Eigen::Vector3d& rate = Eigen::Vector3d::Zero()) {
-  RigidMotion motion =
-      RigidMotion::AtRest(collider.is_body() ? CentreOfMass(collider) : CentreOf(collider));
-  motion.velocity_m_per_s = velocity;
-  motion.angular_velocity_rad_per_s = rate;
-  scene.parameters.colliders.push_back(collider);
-  scene.parameters.collider_motions.push_back(motion);
-}
 
 inline Collider Ball(const Eigen::Vector3d& centre_m, double radius_m, double mass_kg) {
   Collider ball = SphereAt(centre_m, radius_m);

@@ -71,11 +71,11 @@ constexpr double kSlope_rad = 0.5;
 enum class Kind { kGrid, kMesh, kParticles };
 
 test::Scene Patch(Kind kind) {
-  constexpr uint32_t kSide = 8;
+  constexpr uint32_t kPatchSide = 8;
   constexpr double kSize_m = 0.5;
-  const test::Scene grid = test::Grid(kSide, kSide, kSize_m, kSize_m);
+  const test::Scene grid = test::Grid(kPatchSide, kPatchSide, kSize_m, kSize_m);
   if (kind == Kind::kGrid) return grid;
-  if (kind == Kind::kMesh) return test::MeshedGrid(kSide, kSide, kSize_m, kSize_m);
+  if (kind == Kind::kMesh) return test::MeshedGrid(kPatchSide, kPatchSide, kSize_m, kSize_m);
   const auto masses_kg = grid.model->masses_kg();
   return test::Particles({grid.state.positions_m, {masses_kg.begin(), masses_kg.end()}, {}, {}});
 }
