@@ -6,6 +6,8 @@
 #include "server/core/check.h"
 #include "server/scene/body_mass.h"
 #include "server/scene/distance_map.h"
+#include "server/solver/bodies/patch_contacts.h"
+#include "server/solver/bodies/point_contacts.h"
 #include "server/solver/solver_constants.h"
 
 namespace drape {
@@ -36,6 +38,11 @@ bool IsRunaway(const RigidMotion& motion) {
 
 }  // namespace
 
+Bodies::Bodies() = default;
+Bodies::Bodies(Bodies&& other) noexcept = default;
+Bodies& Bodies::operator=(Bodies&& other) noexcept = default;
+Bodies::~Bodies() = default;
+
 Bodies::Bodies(std::span<const Collider> colliders, std::span<const RigidMotion> motions,
                const BodyNumbers& numbers, size_t particle_count, double round_off)
     : numbers_(numbers) {
@@ -56,9 +63,9 @@ Bodies::Bodies(std::span<const Collider> colliders, std::span<const RigidMotion>
            (placed.collider->kind() == ShapeKind::kSphere && placed.collider->joints.empty());
   };
   if (std::ranges::all_of(placed_, is_lone_ball)) {
-    points_.emplace_back(placed_);
+    points_ = std::make_unique<bodies::PointContacts>(placed_);
   } else {
-    patches_.emplace_back(placed_);
+    patches_ = std::make_unique<bodies::PatchContacts>(placed_);
   }
 }
 
@@ -81,8 +88,8 @@ void Bodies::Begin(double begin_s, double seconds) {
     placed.Begin(begin_s, seconds, numbers_.gravity_m_per_s2);
   }
   for (Body& body : bodies_) body.contacts.Begin();
-  for (bodies::PointContacts& points : points_) points.Begin(placed_, numbers_, seconds);
-  for (bodies::PatchContacts& patches : patches_) patches.Begin(placed_, seconds);
+  if (points_) points_->Begin(placed_, numbers_, seconds);
+  if (patches_) patches_->Begin(placed_, seconds);
 }
 
 void Bodies::Predict(size_t k, const bodies::Particle& particle, const Vector3d& v) {
@@ -102,14 +109,9 @@ SurfaceDistance Bodies::SurfaceOfBody(size_t k, const Vector3d& place) const {
 }
 
 double Bodies::SolveColliders() {
-  double change = 0;
-  for (bodies::PointContacts& points : points_) {
-    change = std::max(change, points.Solve(placed_, numbers_));
-  }
-  for (bodies::PatchContacts& patches : patches_) {
-    change = std::max(change, patches.Solve(placed_, numbers_));
-  }
-  return change;
+  if (points_) return points_->Solve(placed_, numbers_);
+  if (patches_) return patches_->Solve(placed_, numbers_);
+  return 0;
 }
 
 void Bodies::End() {
@@ -126,8 +128,8 @@ void Bodies::Correct(size_t k, const bodies::Particle& particle, const Vector3d&
 }
 
 void Bodies::CorrectColliders() {
-  for (bodies::PointContacts& points : points_) points.Correct(placed_, numbers_);
-  for (bodies::PatchContacts& patches : patches_) patches.Correct(placed_, numbers_);
+  if (points_) points_->Correct(placed_, numbers_);
+  if (patches_) patches_->Correct(placed_, numbers_);
 }
 
 std::shared_ptr<const std::vector<BodyState>> Bodies::States() const {
@@ -173,8 +175,8 @@ void Bodies::AddImpulses(std::vector<ColliderImpulse>& given) const {
       if (!placed_[c].body) add(c, its[c]);
     }
   };
-  for (const bodies::PointContacts& points : points_) add_all(points.given());
-  for (const bodies::PatchContacts& patches : patches_) add_all(patches.given());
+  if (points_) add_all(points_->given());
+  if (patches_) add_all(patches_->given());
 }
 
 }  // namespace drape

@@ -11,12 +11,16 @@
 
 #include "server/solver/bodies/body_numbers.h"
 #include "server/solver/bodies/particle_contacts.h"
-#include "server/solver/bodies/patch_contacts.h"
 #include "server/solver/bodies/placed_collider.h"
-#include "server/solver/bodies/point_contacts.h"
+#include "server/solver/step_impulses.h"
 #include "server/solver/step_report.h"
 
 namespace drape {
+
+namespace bodies {
+class PatchContacts;
+class PointContacts;
+}  // namespace bodies
 
 // The calls of a substep in this order: Begin, Predict, any number of Solve and SolveColliders,
 // End, Correct and CorrectColliders. Contacts with particles are asked for by the backend, of those
@@ -24,11 +28,14 @@ namespace drape {
 class Bodies {
  public:
   // None.
-  Bodies() = default;
+  Bodies();
   // At the start of a step; one motion per collider. The colliders outlive it. `round_off`: as in
   // ParticleContacts.
   Bodies(std::span<const Collider> colliders, std::span<const RigidMotion> motions,
          const BodyNumbers& numbers, size_t particle_count, double round_off);
+  Bodies(Bodies&& other) noexcept;
+  Bodies& operator=(Bodies&& other) noexcept;
+  ~Bodies();
 
   size_t size() const { return bodies_.size(); }
   bool empty() const { return bodies_.empty(); }
@@ -89,8 +96,8 @@ class Bodies {
   std::vector<Body> bodies_;
   BodyNumbers numbers_;
   // One of both, or none without bodies: balls without joints touch everything in one point.
-  std::vector<bodies::PointContacts> points_;
-  std::vector<bodies::PatchContacts> patches_;
+  std::unique_ptr<bodies::PointContacts> points_;
+  std::unique_ptr<bodies::PatchContacts> patches_;
   double seconds_ = 0;
 };
 

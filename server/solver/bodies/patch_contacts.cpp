@@ -16,11 +16,6 @@ using Eigen::Vector3d;
 
 namespace {
 
-// What a contact may be off its surface [-], of the size of the body, and in roundings of its
-// coordinates. Larger: bodies sink in by as much; smaller: more rounds. Velocities do not depend on
-// it.
-constexpr double kSlackOfReach = 1e-10;
-constexpr double kSlackRoundOffs = 64;
 // Most rounds in which turns of the bodies and impulses are brought together [-].
 constexpr int kMostRounds = 6;
 // Impulses of joints that act where the substep starts make the mean motion faster by 1/cos(a/2) of
@@ -68,17 +63,29 @@ PatchContacts::PatchContacts(const std::vector<PlacedCollider>& placed)
     reaches_m_.push_back(reach + points.radius_m);
   }
   size_t patch = 0;
-  const auto add = [&](size_t solid, size_t other) {
-    faces_.push_back({.solid = solid, .other = other, .patch = patch, .first = contacts_.size()});
-    contacts_.resize(contacts_.size() + points_[solid].places_m.size(),
-                     {.face = faces_.size() - 1});
+  const auto add = [&](Face face, size_t most_contacts) {
+    face.patch = patch;
+    face.first = contacts_.size();
+    faces_.push_back(face);
+    contacts_.resize(contacts_.size() + most_contacts, {.face = faces_.size() - 1});
+  };
+  const auto add_points = [&](size_t solid, size_t other) {
+    const size_t count = points_[solid].places_m.size();
+    add({.solid = solid, .other = other, .spot_count = count}, count);
   };
   for (size_t a = 0; a < placed.size(); ++a) {
     for (size_t b = a + 1; b < placed.size(); ++b, ++patch) {
       if ((!placed[a].body && !placed[b].body) || joints_.AreTied(a, b)) continue;
+      const auto convex_a = ConvexSolid::Of(*placed[a].collider);
+      const auto convex_b = ConvexSolid::Of(*placed[b].collider);
+      if (convex_a && convex_b) {
+        const ConvexPair pair(*convex_a, *convex_b);
+        add({.solid = a, .other = b, .pair = pair}, pair.most_spots());
+        continue;
+      }
       const bool is_a_ball = IsBall(*placed[a].collider), is_b_ball = IsBall(*placed[b].collider);
-      if (is_a_ball || !is_b_ball) add(a, b);
-      if (!is_a_ball) add(b, a);
+      if (is_a_ball || !is_b_ball) add_points(a, b);
+      if (!is_a_ball) add_points(b, a);
     }
   }
 }
@@ -88,68 +95,13 @@ void PatchContacts::Begin(const std::vector<PlacedCollider>& placed, double seco
   joints_.Begin(placed, seconds);
   shifts_ = false;
   solved_.clear();
+  for (Face& face : faces_) face.keeps_spots = false;
   for (Contact& contact : contacts_) {
     contact.touches = false;
     contact.impulse.setZero();
     contact.moment_on_solid.setZero();
     contact.moment_on_other.setZero();
   }
-}
-
-void PatchContacts::LookAt(const std::vector<PlacedCollider>& placed, When when, Face& face) {
-  const PlacedCollider& solid = placed[face.solid];
-  const PlacedCollider& other = placed[face.other];
-  const BodyPoints& points = points_[face.solid];
-  // Distances between solids are no smaller than that of their centres tells. Samples may say less.
-  const bool is_exact = other.collider->kind() != ShapeKind::kDistanceMap;
-  face.is_never_near = is_exact && other.SurfaceAtEnd(solid.end.position_m).distance_m >
-                                       1.01 * reaches_m_[face.solid];
-  if (face.is_never_near) return;
-  const auto downwards = [&](const Vector3d& described) -> Vector3d {
-    const Vector3d n = other.SurfaceAtEnd(solid.end.PlaceOf(described)).outward;
-    return solid.end.rotation.conjugate() * -n;
-  };
-  const std::vector<Vector3d>& places = points.PlacesTowards(downwards, places_);
-  const bool both_move = solid.body && other.body && when == When::kSubstep;
-  for (size_t k = 0; k < places.size(); ++k) {
-    Contact& contact = contacts_[face.first + k];
-    contact.place_m = places[k];
-    const Vector3d place = solid.end.PlaceOf(contact.place_m);
-    const SurfaceDistance surface = other.SurfaceAtEnd(place);
-    contact.gap = surface.distance_m - points.radius_m;
-    contact.n = surface.outward;
-    // In the end also what no impulse has kept there.
-    const double near = when == When::kEnd ? 2 * SlackOf(placed, face) : 0;
-    contact.touches |= contact.gap < near;
-    if (!contact.touches) continue;
-    const Vector3d at_start = solid.start.PlaceOf(contact.place_m);
-    const double start_gap = other.SurfaceAtStart(at_start).distance_m - points.radius_m;
-    contact.floor = std::min(0.0, start_gap + kMaxDepenetrationSpeed_m_per_s * seconds_);
-    // From where both start, so that their angular momentum together stays as it is.
-    const Vector3d touching = (both_move ? at_start : place) - points.radius_m * contact.n;
-    contact.arm_of_solid = touching - (both_move ? solid.start.position_m : solid.end.position_m);
-    contact.arm_of_other = touching - (both_move ? other.start.position_m : other.end.position_m);
-  }
-}
-
-double PatchContacts::SlackOf(const std::vector<PlacedCollider>& placed, const Face& face) const {
-  const double reach = reaches_m_[face.solid];
-  const double size = placed[face.solid].end.position_m.cwiseAbs().sum() + reach;
-  return kSlackOfReach * reach + kSlackRoundOffs * std::numeric_limits<double>::epsilon() * size;
-}
-
-bool PatchContacts::Look(const std::vector<PlacedCollider>& placed, When when) {
-  for (Face& face : faces_) LookAt(placed, when, face);
-  bool is_off = joints_.Look(placed, when);
-  for (Contact& contact : contacts_) {
-    const Face& face = faces_[contact.face];
-    contact.touches &= !face.is_never_near;
-    if (!contact.touches) continue;
-    const double off = contact.gap - contact.floor;
-    const bool holds = contact.impulse.dot(contact.n) > 0;
-    is_off |= (holds ? std::abs(off) : -off) > SlackOf(placed, face);
-  }
-  return is_off;
 }
 
 double PatchContacts::Solve(std::vector<PlacedCollider>& placed, const BodyNumbers& numbers) {
@@ -219,26 +171,6 @@ void PatchContacts::Correct(std::vector<PlacedCollider>& placed, const BodyNumbe
   for (size_t c = 0; c < sums.size(); ++c) {
     given_[c].impulse_n_s += sums[c].linear;
     given_[c].angular_impulse_n_m_s += sums[c].angular;
-  }
-}
-
-// Of the points that touch in the end, from how they moved before the substep.
-void PatchContacts::FindRebounds(const std::vector<PlacedCollider>& placed,
-                                 const BodyNumbers& numbers) {
-  for (Contact& contact : contacts_) {
-    if (!contact.touches) continue;
-    const Face& face = faces_[contact.face];
-    const PlacedCollider& solid = placed[face.solid];
-    const PlacedCollider& other = placed[face.other];
-    const double radius = points_[face.solid].radius_m;
-    const Vector3d place = solid.start.PlaceOf(contact.place_m);
-    const SurfaceDistance surface = other.SurfaceAtStart(place);
-    const Vector3d& n = surface.outward;
-    const Vector3d touching = place - radius * n;
-    const Vector3d relative = solid.start.VelocityAt(touching) - other.start.VelocityAt(touching);
-    const double fall = FallOf(solid, other) * numbers.gravity_m_per_s2.dot(n);
-    contact.rebound_m_per_s =
-        ReboundSpeed(surface.distance_m - radius, relative.dot(n), fall, numbers);
   }
 }
 

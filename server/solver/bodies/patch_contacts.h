@@ -5,12 +5,14 @@
 #include <Eigen/Core>
 #include <array>
 #include <cstddef>
+#include <optional>
 #include <vector>
 
 #include "server/solver/bodies/body_joints.h"
 #include "server/solver/bodies/body_numbers.h"
 #include "server/solver/bodies/body_points.h"
 #include "server/solver/bodies/contact_problem.h"
+#include "server/solver/bodies/convex_pair.h"
 #include "server/solver/bodies/island_bodies.h"
 #include "server/solver/bodies/momentum.h"
 #include "server/solver/bodies/placed_collider.h"
@@ -18,9 +20,10 @@
 
 namespace drape::bodies {
 
-// The points of each solid against the surface of each other one, where at least one of the two is
-// a body. Those of two colliders are a patch: it sticks as a whole, or slides as a whole. The
-// thickness of the cloth has no part in it.
+// Where at least one of two colliders is a body: the spots of boxes, cylinders and capsules on each
+// other (convex_pair.h), else the points of each solid (body_points.h) against the surface of the
+// other one. The contacts of two colliders are a patch: it sticks as a whole, or slides as a whole.
+// The thickness of the cloth has no part in it.
 class PatchContacts {
  public:
   explicit PatchContacts(const std::vector<PlacedCollider>& placed);
@@ -37,18 +40,23 @@ class PatchContacts {
   const std::vector<ColliderImpulse>& given() const { return given_; }
 
  private:
-  // The points of `solid` at the surface of `other`: contacts first to first + count.
+  // The points of `solid` at the surface of `other`, or the spots of both on each other: contacts
+  // first to first + spot_count.
   struct Face {
     size_t solid = 0;
     size_t other = 0;
     size_t patch = 0;
     size_t first = 0;
+    size_t spot_count = 0;
+    std::optional<ConvexPair> pair{};
     bool is_never_near = false;  // in the pose that was looked at last
+    bool keeps_spots = false;    // those that were found last in the substep under way
   };
   struct Contact {
     size_t face = 0;
-    bool touches = false;                               // in the substep under way
-    Eigen::Vector3d place_m = Eigen::Vector3d::Zero();  // as described
+    bool touches = false;  // in the substep under way
+    // As described, on the solid.
+    PairSpot spot{.on_first = Eigen::Vector3d::Zero(), .on_second = Eigen::Vector3d::Zero()};
     double gap = 0;
     double floor = 0;            // of the gap
     double rebound_m_per_s = 0;  // only in the end
@@ -75,6 +83,14 @@ class PatchContacts {
   // floor or holds apart what is apart, or a joint is off.
   bool Look(const std::vector<PlacedCollider>& placed, When when);
   void LookAt(const std::vector<PlacedCollider>& placed, When when, Face& face);
+  // Where the points or spots of a face are now.
+  void PlacePoints(const std::vector<PlacedCollider>& placed, const Face& face);
+  void PlaceSpots(const std::vector<PlacedCollider>& placed, Face& face);
+  double NearOf(const std::vector<PlacedCollider>& placed, const Face& face) const;
+  // Of the surfaces at a contact, at the start or at the end of the substep.
+  SurfaceDistance GapAtStart(const std::vector<PlacedCollider>& placed,
+                             const Contact& contact) const;
+  SurfaceDistance GapAtEnd(const std::vector<PlacedCollider>& placed, const Contact& contact) const;
   double SlackOf(const std::vector<PlacedCollider>& placed, const Face& face) const;
   // Of the solid over the other at the contact, at the moment.
   Eigen::Vector3d VelocityOf(const std::vector<PlacedCollider>& placed,
