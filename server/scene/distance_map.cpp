@@ -96,6 +96,7 @@ Result<std::shared_ptr<const DistanceMap>> DistanceMap::Build(const TriangleMesh
   }
   map->moments_ = MomentsOf(mesh);
   map->outermost_m_ = OutermostVertices(mesh, kOutermostDirections);
+  map->polytope_ = PolytopeOf(mesh);
   return std::shared_ptr<const DistanceMap>(map);
 }
 
@@ -180,7 +181,8 @@ double DistanceMap::Rounding() const {
 uint64_t DistanceMap::size_bytes() const {
   return sizeof(*this) + samples_m_.size() * sizeof(float) +
          mesh_.positions_m.size() * sizeof(Vector3d) +
-         mesh_.triangles.size() * sizeof(mesh_.triangles[0]);
+         mesh_.triangles.size() * sizeof(mesh_.triangles[0]) +
+         (polytope_ ? polytope_->size_bytes() : 0);
 }
 
 Vector3d DistanceMap::high_m() const {

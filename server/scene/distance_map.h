@@ -12,6 +12,7 @@
 #include "server/core/interruption.h"
 #include "server/core/status.h"
 #include "server/scene/closed_mesh.h"
+#include "server/scene/convex_polytope.h"
 #include "server/scene/description.h"
 #include "server/scene/surface_distance.h"
 
@@ -80,6 +81,9 @@ class DistanceMap {
   // OutermostVertices of the mesh in kOutermostDirections.
   const std::vector<Eigen::Vector3d>& outermost_m() const { return outermost_m_; }
 
+  // The solid itself, exactly, where it is convex and has few faces; else null.
+  const std::shared_ptr<const ConvexPolytope>& polytope() const { return polytope_; }
+
   static constexpr int kMarginCells = 3;
   static constexpr int kOutermostDirections = 64;
   // Length of a gradient [-] below which its direction is rounding.
@@ -113,6 +117,7 @@ class DistanceMap {
   double depth_m_ = 0;
   SolidMoments moments_;
   std::vector<Eigen::Vector3d> outermost_m_;
+  std::shared_ptr<const ConvexPolytope> polytope_;
 };
 
 // Hash of all inputs of the map: equal arguments give equal maps and equal hashes.

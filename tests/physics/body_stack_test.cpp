@@ -4,7 +4,9 @@
 #include <random>
 #include <vector>
 
+#include "server/scene/distance_map.h"
 #include "tests/physics/body_scene.h"
+#include "tests/support/solids/solids.h"
 
 namespace drape::test {
 namespace {
@@ -47,6 +49,17 @@ Collider Cube(const Vector3d& centre_m, double half_m, double mass_kg) {
   return cube;
 }
 
+// Of few cells: what is convex and flat touches as what it is.
+Collider Crate(const Vector3d& centre_m, double half_m, double mass_kg) {
+  DistanceMapSettings coarse;
+  coarse.resolution = 8;
+  const auto map =
+      DistanceMap::Build(BoxMesh(Vector3d::Constant(-half_m), Vector3d::Constant(half_m)), coarse);
+  Collider crate = DistanceMapAt(map.value(), {.position_m = centre_m});
+  crate.mass_kg = mass_kg;
+  return crate;
+}
+
 Collider Can(const Vector3d& base_m, double height_m, double radius_m) {
   Collider can = CylinderBetween(base_m, base_m + Vector3d(0, height_m, 0), radius_m);
   can.mass_kg = 1;
@@ -67,6 +80,11 @@ TEST_P(BodyStack, WhatLiesFlushRests) {
       AddBody(scene, Can(place + Vector3d(1, 0.1 * k, 0), 0.1, 0.04));
       AddBody(scene, Cube(place + Vector3d(2 + 0.1 * k, 0.05, 0), 0.05, 1));
     }
+    // Crates of a mesh on each other and on a cube, the upper ones a little aside.
+    AddBody(scene, Cube(place + Vector3d(3, 0.05, 0), 0.05, 1));
+    AddBody(scene, Crate(place + Vector3d(3, 0.15, 0), 0.05, 1));
+    AddBody(scene, Crate(place + Vector3d(3.02, 0.25, 0.01), 0.05, 1));
+    AddBody(scene, Cube(place + Vector3d(3.02, 0.35, 0.02), 0.05, 1));
     AddBody(scene, PlaneThrough(Vector3d::Zero(), Vector3d::UnitY()));
     ExpectRest(scene, RestingTolerance(place));
   }

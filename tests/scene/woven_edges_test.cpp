@@ -23,7 +23,7 @@ namespace {
 using Eigen::Vector3d;
 
 constexpr double kStretch_n_per_m = 2000, kShear_n_per_m = 40;
-constexpr double kRounding = 1e-12;
+constexpr double kWeaveRounding = 1e-12;
 
 // A triangle with an edge at this angle to the x axis within the plane of x and z, or of x and y.
 double BiasAt(double angle, bool lies, const Vector3d& warp) {
@@ -36,13 +36,13 @@ double BiasAt(double angle, bool lies, const Vector3d& warp) {
 TEST(WovenEdges, BiasIsThatOfTheAngle) {
   for (const double angle : {0.0, 0.2, std::numbers::pi / 4, 1.0, std::numbers::pi / 2, 2.5}) {
     const double expected = std::pow(std::sin(2 * angle), 2) / 4;
-    EXPECT_NEAR(BiasAt(angle, true, Vector3d::UnitY()), expected, kRounding) << angle;
-    EXPECT_NEAR(BiasAt(angle, false, Vector3d::UnitY()), expected, kRounding) << angle;
-    EXPECT_NEAR(BiasAt(angle, true, Vector3d(0, 0, -3)), expected, kRounding) << angle;
+    EXPECT_NEAR(BiasAt(angle, true, Vector3d::UnitY()), expected, kWeaveRounding) << angle;
+    EXPECT_NEAR(BiasAt(angle, false, Vector3d::UnitY()), expected, kWeaveRounding) << angle;
+    EXPECT_NEAR(BiasAt(angle, true, Vector3d(0, 0, -3)), expected, kWeaveRounding) << angle;
     // Threads that are turned by 0.2.
     const Vector3d turned = 7 * Vector3d(std::cos(0.2), 0, std::sin(0.2));
     EXPECT_NEAR(BiasAt(angle, true, turned), std::pow(std::sin(2 * (angle - 0.2)), 2) / 4,
-                kRounding)
+                kWeaveRounding)
         << angle;
   }
 }
@@ -59,13 +59,13 @@ TEST(WovenEdges, ThreadsOfSteepCloth) {
   };
   const double expected = 3.0 / 16;
   for (const double slope : {0.0, 0.5, 1.2}) {
-    EXPECT_NEAR(bias(slope, Vector3d::UnitY()), expected, kRounding) << slope;
+    EXPECT_NEAR(bias(slope, Vector3d::UnitY()), expected, kWeaveRounding) << slope;
   }
   // The warp lies along (1, 1, 0) / sqrt 2 where it is projected: half a right angle more.
-  EXPECT_NEAR(bias(0, Vector3d(1, 1, 0)), expected, kRounding);
+  EXPECT_NEAR(bias(0, Vector3d(1, 1, 0)), expected, kWeaveRounding);
   EXPECT_NEAR(bias(std::numbers::pi / 2, Vector3d(1, 1, 0)),
               std::pow(std::sin(2 * (std::numbers::pi / 6 - std::numbers::pi / 4)), 2) / 4,
-              kRounding);
+              kWeaveRounding);
 }
 
 TEST(WovenEdges, BiasIsTheMeanOfTheSheetsBeside) {
@@ -73,12 +73,12 @@ TEST(WovenEdges, BiasIsTheMeanOfTheSheetsBeside) {
   // x, or one of them along (0, 1, 1), where both see it across.
   const std::vector<Vector3d> positions = {{0, 0, 0}, {1, 0, 0}, {0.5, 0, 1}, {0.5, 1, 0}};
   EXPECT_NEAR(BiasOf({.i = 0, .j = 1, .opposite_vertices = {2, 3}}, positions, Vector3d::UnitY()),
-              0, kRounding);
+              0, kWeaveRounding);
   const double lying = BiasOf({.i = 0, .j = 1, .opposite_vertices = {2}}, positions, {1, 2, 3});
   const double upright = BiasOf({.i = 0, .j = 1, .opposite_vertices = {3}}, positions, {1, 2, 3});
   EXPECT_GT(std::abs(lying - upright), 0.01);
   EXPECT_NEAR(BiasOf({.i = 0, .j = 1, .opposite_vertices = {2, 3}}, positions, {1, 2, 3}),
-              (lying + upright) / 2, kRounding);
+              (lying + upright) / 2, kWeaveRounding);
 }
 
 // Cells of a x b, cut crosswise or alike, the whole turned in space with its warp.

@@ -37,6 +37,9 @@ struct Corner {
   int edge_after = 0;
 };
 constexpr int kEdgesPerOutline = 64;
+constexpr int kMostParts = 64;  // more than a solid has
+static_assert(ConvexPolytope::kMostFaces < kMostParts &&
+              ConvexPolytope::kMostCornersOfFace < kEdgesPerOutline);
 
 // Where the way from a to b meets the line on which `over` is 0.
 Corner Between(const Corner& a, const Corner& b, double over_a, double over_b) {
@@ -179,11 +182,13 @@ class ConvexPair::AxisSearch {
     const Vector3d n_at_start = axis.At(*start_.first_pose, *start_.second_pose);
     Vector3d n = axis.At(*end_.first_pose, *end_.second_pose);
     if (are_apart_ || n_at_start.isZero() || n.isZero()) return;
-    if (n_at_start.dot(start_.first.centre_m - start_.second.centre_m) < 0) {
+    double at_start = start_.SeparationAlong(n_at_start);
+    const double reversed = start_.SeparationAlong(-n_at_start);
+    if (reversed > at_start) {
       axis.sign = -1;
       n = -n;
+      at_start = reversed;
     }
-    const double at_start = start_.SeparationAlong(axis.sign * n_at_start);
     const double at_end = end_.SeparationAlong(n);
     are_apart_ = at_end >= near_m_;
     // Shares of the substep until they meet count for more than how deep they are.
@@ -211,8 +216,7 @@ class ConvexPair::AxisSearch {
           second(pair.second_.At(second_at)) {}
 
     double SeparationAlong(const Vector3d& n) const {
-      return n.dot(first.centre_m - second.centre_m) - first.HalfWidthAlong(n) -
-             second.HalfWidthAlong(n);
+      return n.dot(first.centre_m - second.centre_m) - first.ReachAlong(-n) - second.ReachAlong(n);
     }
 
     const RigidMotion* first_pose;
@@ -235,10 +239,7 @@ class ConvexPair::AxisSearch {
 
 // The corners of the polygon in which both overlap, and what is farthest.
 size_t ConvexPair::most_spots() const {
-  const auto corners = [](const ConvexSolid& solid) -> size_t {
-    return solid.is_box() ? 4 : (solid.disc_m > 0 ? kRimPoints : 2);
-  };
-  return corners(first_) + corners(second_) + 1;
+  return first_.most_corners() + second_.most_corners() + 1;
 }
 
 // Of what is round: from points of one to the surface of the other, and across a rim and an edge.
@@ -265,11 +266,11 @@ std::vector<PairAxis> ConvexPair::RoundAxes(const PlacedCollider& first,
       if (points.rims.empty() || k % kRimPoints != 0) continue;
       const Rim& rim = points.rims[k / kRimPoints];
       const Vector3d along_rim = rim.axis.cross(places[k] - rim.centre_m).normalized();
-      for (int e = 0; e < edges.edge_count(); ++e) {
+      for (size_t e = 0; e < edges.edge_count(); ++e) {
         PairAxis& across = axes.emplace_back();
         across.kind = PairAxis::Kind::kAcross;
-        across.of_first = is_first ? along_rim : Vector3d(edges.axes.col(e));
-        across.of_second = is_first ? Vector3d(edges.axes.col(e)) : along_rim;
+        across.of_first = is_first ? along_rim : edges.EdgeDirection(e);
+        across.of_second = is_first ? edges.EdgeDirection(e) : along_rim;
       }
     }
   };
@@ -283,19 +284,19 @@ void ConvexPair::FindSpots(const PlacedCollider& first, const PlacedCollider& se
                            double near_m, double slack_m) {
   spots_.clear();
   AxisSearch search(*this, first, second, near_m, slack_m);
-  for (int f = 0; f < first_.face_count(); ++f) {
-    search.Try({.kind = PairAxis::Kind::kOfFirst, .of_first = first_.axes.col(f)});
+  for (size_t f = 0; f < first_.face_count(); ++f) {
+    search.Try({.kind = PairAxis::Kind::kOfFirst, .of_first = first_.FaceNormal(f)});
   }
-  for (int f = 0; f < second_.face_count(); ++f) {
-    search.Try({.kind = PairAxis::Kind::kOfSecond, .of_second = second_.axes.col(f)});
+  for (size_t f = 0; f < second_.face_count(); ++f) {
+    search.Try({.kind = PairAxis::Kind::kOfSecond, .of_second = second_.FaceNormal(f)});
   }
-  for (int a = 0; a < first_.edge_count(); ++a) {
-    for (int b = 0; b < second_.edge_count() && !search.are_apart(); ++b) {
-      search.Try({PairAxis::Kind::kAcross, first_.axes.col(a), second_.axes.col(b)});
+  for (size_t a = 0; a < first_.edge_count(); ++a) {
+    for (size_t b = 0; b < second_.edge_count() && !search.are_apart(); ++b) {
+      search.Try({PairAxis::Kind::kAcross, first_.EdgeDirection(a), second_.EdgeDirection(b)});
     }
   }
   if (search.are_apart()) return;
-  if (!first_.is_box() || !second_.is_box()) {
+  if (first_.is_round() || second_.is_round()) {
     for (const PairAxis& axis : RoundAxes(first, second, points_of_first, points_of_second)) {
       search.Try(axis);
     }
@@ -309,7 +310,7 @@ void ConvexPair::AddSpots(const RigidMotion& first, const RigidMotion& second, c
                           double separation_m) {
   const Outline outlines[] = {first_.At(first).OutlineTowards(-n),
                               second_.At(second).OutlineTowards(n)};
-  parts_ = 8 * outlines[0].part + outlines[1].part;
+  parts_ = kMostParts * outlines[0].part + outlines[1].part;
   const double slack_m = kFlush * (first_.half_extents_m.sum() + second_.half_extents_m.sum() +
                                    first_.disc_m + second_.disc_m);
   const Vector3d u = n.unitOrthogonal(), v = n.cross(u);

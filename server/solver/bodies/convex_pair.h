@@ -38,8 +38,8 @@ struct PairSpot {
 
 // Two solids that each are all on one side of a plane touch along its normal: the axis along which
 // they overlap least of those that the shapes suggest (the separating-axis test: Gottschalk, Lin
-// and Manocha 1996; for boxes it is exact). They touch where their outlines in the plane overlap,
-// face on face, corner on face or edge over edge, at the corners of that.
+// and Manocha 1996; for flat faces it is exact). They touch where their outlines in the plane
+// overlap, face on face, corner on face or edge over edge, at the corners of that.
 class ConvexPair {
  public:
   ConvexPair(const ConvexSolid& first, const ConvexSolid& second)

@@ -20,8 +20,8 @@
 
 namespace drape::bodies {
 
-// Where at least one of two colliders is a body: the spots of boxes, cylinders and capsules on each
-// other (convex_pair.h), else the points of each solid (body_points.h) against the surface of the
+// Where at least one of two colliders is a body: the spots of convex solids on each other
+// (convex_pair.h), else the points of each solid (body_points.h) against the surface of the
 // other one. The contacts of two colliders are a patch: it sticks as a whole, or slides as a whole.
 // The thickness of the cloth has no part in it.
 class PatchContacts {
