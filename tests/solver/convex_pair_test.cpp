@@ -11,6 +11,7 @@
 #include <variant>
 #include <vector>
 
+#include "server/scene/distance_map.h"
 #include "tests/support/solids/solids.h"
 
 namespace drape::bodies {
