@@ -47,8 +47,8 @@ struct BodyPoints {
 };
 
 // A sphere's centre, the ends of a capsule, the corners of a box, the rims of a cylinder, the
-// outermost vertices of a mesh; none of a plane. Edges between them are not seen; what is convex and
-// simple does not touch by them (convex_pair.h).
+// outermost vertices of a mesh; none of a plane. Edges between them are not seen; what is convex
+// and simple does not touch by them (convex_pair.h).
 BodyPoints PointsOf(const Collider& collider);
 
 }  // namespace drape::bodies
