@@ -42,17 +42,20 @@ void SurfaceContacts<V>::FindPassing(SolidState& solid, std::span<const V> posit
     } else {
       side = at.normal;
     }
-    if (!HasRoom(solid, solid.passing)) return;
+    if (!HasRoom(solid)) return DropPassing(solid);
     solid.passing.push_back(contact);
   }
   if (!placed.solid().is_convex()) return;
-  for (size_t c = 0; c < solid.candidates.size(); ++c) {
-    if (!solid.wakes.MayBeNear(c, solid.expected)) continue;
-    if (solid.candidates[c].count != 2) continue;
-    Contact contact = solid.candidates[c];
+  for (size_t part = solid.triangle_count; part < solid.places.size(); ++part) {
+    if (!solid.wakes.MayBeNear(part, solid.expected)) continue;
+    Contact contact;
+    contact.count = 2;
+    for (uint32_t k = 0; k < 2; ++k) {
+      contact.particles[k] = solid.watched[solid.wakes.corners(part)[k]];
+    }
+    contact.solid = static_cast<uint32_t>(&solid - solids_.data());
     contact.is_passing = true;
-    contact.has_plane = false;
-    if (!HasRoom(solid, solid.passing)) return;
+    if (!HasRoom(solid)) return DropPassing(solid);
     solid.passing.push_back(contact);
   }
 }

@@ -53,6 +53,13 @@ class Solid {
   // The ends of a capsule's segment, and the centre of a sphere twice.
   const V& segment_begin() const { return point_; }
   const V& segment() const { return vector_; }
+  // The middle of a box or cylinder, the axes of a box, with half of its extents along them [m], or
+  // the axis of a cylinder and what is sideways on it.
+  const V& point() const { return point_; }
+  const V& axis(size_t k) const { return axes_[k]; }
+  const V& half_extents() const { return vector_; }
+  Real radius() const { return radius_; }
+  Real half_length() const { return half_length_; }
 
  private:
   V Local(const V& x) const;

@@ -8,6 +8,7 @@
 #include "server/solver/solver_constants.h"
 #include "server/solver/surface_contact/contact_numbers.h"
 #include "server/solver/surface_contact/passing-inl.h"
+#include "server/solver/surface_contact/surface_looks-inl.h"
 #include "server/solver/surface_contact/surface_search-inl.h"
 
 namespace drape::surface_contact {
@@ -34,15 +35,18 @@ void SurfaceContacts<V>::Begin(const SurfaceParts& parts, const Solids& solids,
   ages_after_ = 1 + static_cast<uint32_t>(kPlaneAge_s / substep_s_);
   has_starts_ = false;
   active_.clear();
-  solids_.clear();
   contact_count_ = 0;
   has_given_up_ = false;
+  size_t count = 0;
   for (const uint32_t c : solids.places) {
     const Collider& collider = solids.colliders[c];
     const RigidMotion* const motion = solids.motions.empty() ? nullptr : &solids.motions[c];
     if (!TouchesEdges(solids.edges, collider, motion)) continue;
-    solids_.push_back({PlacedSolid<V>(collider, motion, solids.thickness_m, c)});
+    const PlacedSolid<V> placed(collider, motion, solids.thickness_m, c);
+    if (count == solids_.size()) solids_.push_back({placed});
+    solids_[count++].Begin(placed);
   }
+  solids_.erase(solids_.begin() + static_cast<std::ptrdiff_t>(count), solids_.end());
 }
 
 template <class V>
@@ -60,16 +64,14 @@ void SurfaceContacts<V>::Find(std::span<const V> positions, std::span<const V> v
     solid.placed.Place((substep_ - 1) * substep_s_, substep_ * substep_s_);
     if (solid.needs_search) Search(solid, positions, velocities);
     solid.expected = static_cast<Real>(kWayMargin) * solid.particle_way + fall + solid.own_way;
-    for (const uint32_t c : solid.wakes.FindDue(substep_, solid.expected)) {
-      Look(solid, c, positions, velocities);
-    }
+    LookAtDue(solid, positions, velocities);
     has_starts_ |= solid.has_any();
   }
   const auto particles_begin = static_cast<std::ptrdiff_t>(active_.size());
   // After all edges and triangles: what these push does not get across either.
   for (SolidState& solid : solids_) {
     Ask(numbers_.interruption);
-    Drop(solid.passing);
+    DropPassing(solid);
     const Real thin = static_cast<Real>(kThinShare) * solid.placed.solid().half_width();
     if (solid.expected > thin) FindPassing(solid, positions);
   }
@@ -84,84 +86,6 @@ void SurfaceContacts<V>::Find(std::span<const V> positions, std::span<const V> v
   if (!has_starts_) return;
   starts_.assign(positions.begin(), positions.end());
   velocities_.assign(velocities.begin(), velocities.end());
-}
-
-template <class V>
-void SurfaceContacts<V>::Look(SolidState& solid, size_t index, std::span<const V> positions,
-                              std::span<const V> velocities) {
-  Contact& contact = solid.candidates[index];
-  const PlacedSolid<V>& placed = solid.placed;
-  const Real way = solid.wakes.WayOf(index);
-  std::array<V, 3> described;
-  for (uint32_t k = 0; k < contact.count; ++k) {
-    described[k] = solid.described[solid.wakes.corners(index)[k]];
-  }
-  const bool is_old =
-      substep_ >= contact.found_in + ages_after_ ||
-      way - contact.found_at > static_cast<Real>(kPlaneTravel) * numbers_.edge_length;
-  if ((!contact.has_plane || is_old) && !FindPlane(solid, index, described)) return;
-  V point{}, velocity{};
-  for (uint32_t k = 0; k < contact.count; ++k) {
-    point += contact.weights[k] * described[k];
-    velocity += contact.weights[k] * velocities[contact.particles[k]];
-  }
-  contact.gap = Dot(contact.normal, point) - contact.level;
-  // With what gravity and its neighbours may add.
-  const auto h = static_cast<Real>(substep_s_);
-  const Real approach = std::max(-Dot(placed.TurnedAtStart(contact.normal), velocity), Real{0});
-  const Real near =
-      static_cast<Real>(kWayMargin) * (approach * h + Length(numbers_.gravity) * h * h) +
-      solid.own_way + least_dip_;
-  if (contact.gap > near) {
-    solid.wakes.Wait(index, contact.gap);
-    return;
-  }
-  solid.wakes.LookAgain(index);
-  Activate(contact, positions, velocities);
-}
-
-// What is lowest inside, or what comes down on the solid next if that is near: found when it has,
-// it would be deep at once, and what pushes it out gives it energy, step after step.
-template <class V>
-LowestPoint<V> SurfaceContacts<V>::LowestOf(const SolidState& solid, uint32_t count,
-                                            const std::array<V, 3>& places) {
-  const Solid<V>& shape = solid.placed.solid();
-  const LowestPoint<V> lowest = count == 2 ? LowestOnEdge(shape, places[0], places[1], least_dip_)
-                                           : LowestOnTriangle(shape, places, least_dip_);
-  const bool has_edges = shape.kind() == ShapeKind::kBox || shape.kind() == ShapeKind::kCylinder;
-  const bool has_ends = shape.kind() == ShapeKind::kCapsule && count == 3;
-  if (lowest.is_inside || lowest.gap > solid.expected) return lowest;
-  if (!has_ends && (!has_edges || lowest.room > 0)) return lowest;
-  const LowestPoint<V> next =
-      count == 2 ? NextOnEdge(shape, places[0], places[1], least_dip_)
-                 : LowestCornerUnder(shape, places, lowest.normal, corners_of_solid_);
-  return next.is_inside && next.gap <= solid.expected ? next : lowest;
-}
-
-// False: it is not lowest inside; then it is known when to look again.
-template <class V>
-bool SurfaceContacts<V>::FindPlane(SolidState& solid, size_t index,
-                                   const std::array<V, 3>& described) {
-  Contact& contact = solid.candidates[index];
-  const LowestPoint<V> lowest = LowestOf(solid, contact.count, described);
-  contact.has_plane = lowest.is_inside;
-  if (!lowest.is_inside) {
-    const Real free = std::max(lowest.room, lowest.gap);
-    const bool is_far = free > solid.expected;
-    const Real turn = static_cast<Real>(kPlaneTravel) * numbers_.edge_length;
-    solid.wakes.Wait(index, is_far ? free : solid.expected + turn,
-                     is_far ? Wakes<Real>::kNever : substep_ + ages_after_);
-    return false;
-  }
-  contact.normal = lowest.normal;
-  contact.weights = lowest.weights;
-  V point{};
-  for (uint32_t k = 0; k < contact.count; ++k) point += contact.weights[k] * described[k];
-  // A dip that begins to count is at the surface, so that it begins to push with nothing.
-  contact.level = Dot(contact.normal, point) - lowest.gap - least_dip_;
-  contact.found_in = substep_;
-  contact.found_at = solid.wakes.WayOf(index);
-  return true;
 }
 
 template <class V>

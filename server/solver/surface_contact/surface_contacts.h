@@ -132,12 +132,18 @@ class SurfaceContacts {
   // A solid and what may touch it. None depends on what other solids there are: those out of reach
   // may be left out.
   struct SolidState {
+    static constexpr uint32_t kNone = UINT32_MAX;
+
     PlacedSolid<V> placed;
-    std::vector<Contact> candidates{};
-    std::vector<uint32_t> watched{};  // particles of candidates, ascending
+    // Edges and triangles that may come near, the parts of `wakes`: triangles first. Most never get
+    // a plane, so there are contacts of the others alone, and what all have stays in the caches.
+    size_t triangle_count = 0;
+    std::vector<uint32_t> places{};   // of parts in `contacts`, kNone: it has had no plane yet
+    std::vector<Contact> contacts{};  // of parts
+    std::vector<uint32_t> watched{};  // particles of parts, ascending
     // Of these: where they are when the substep starts, in the frame of the description.
     std::vector<V> described{};
-    Wakes<Real> wakes{};               // of candidates, whose corners are among `watched`
+    Wakes<Real> wakes{};               // of parts, whose corners are among `watched`
     std::vector<uint32_t> near{};      // particles that may come near
     std::vector<Real> near_travels{};  // of these: looked at when it has come [m]
     std::vector<V> sides{};  // [particle_count] where each was outwards last in this step, or 0
@@ -153,22 +159,32 @@ class SurfaceContacts {
     Real particle_way = 0;  // of the fastest particle in the last substep [m]
     Real own_way = 0;       // of the solid in a substep, at most [m]
 
-    bool has_any() const { return !candidates.empty() || !near.empty(); }
+    bool has_any() const { return !places.empty() || !near.empty(); }
+    uint32_t CornerCount(size_t part) const { return part < triangle_count ? 3 : 2; }
+    // As before the first search of a step. What it has allocated stays.
+    void Begin(const PlacedSolid<V>& solid);
   };
 
   void Search(SolidState& solid, std::span<const V> positions, std::span<const V> velocities);
   void FindCandidates(SolidState& solid, std::span<const V> positions);
   void Add(SolidState& solid, std::span<const uint32_t> particles, Real bound);
-  bool HasRoom(SolidState& solid, std::vector<Contact>& contacts);
-  void Drop(std::vector<Contact>& contacts);
+  bool HasRoom(SolidState& solid);
+  void DropParts(SolidState& solid);
+  void DropPassing(SolidState& solid);
   void Watch(SolidState& solid, size_t particle_count);
   void FindPassing(SolidState& solid, std::span<const V> positions);
   bool FindMeeting(Contact& contact, const V* base, const V* u, Real interval) const;
   bool FindMeetingOfEdge(Contact& contact, const V* base, const V* u, Real interval) const;
-  void Look(SolidState& solid, size_t index, std::span<const V> positions,
-            std::span<const V> velocities);
+  void LookAtDue(SolidState& solid, std::span<const V> positions, std::span<const V> velocities);
+  void ListSearched(const SolidState& solid, std::span<const uint32_t> due);
+  void LookAtFour(const SolidState& solid);
+  bool Look(SolidState& solid, size_t part, std::span<const V> velocities);
+  bool HasPlane(const SolidState& solid, size_t part) const;
+  std::array<V, 3> CornersOf(const SolidState& solid, size_t part) const;
   LowestPoint<V> LowestOf(const SolidState& solid, uint32_t count, const std::array<V, 3>& places);
-  bool FindPlane(SolidState& solid, size_t index, const std::array<V, 3>& described);
+  bool FindPlane(SolidState& solid, size_t part);
+  void Rest(SolidState& solid, size_t part, Real free);
+  Contact& ContactOf(SolidState& solid, size_t part);
   void Activate(Contact& contact, std::span<const V> positions, std::span<const V> velocities);
   void SetUp(Contact& contact, const V& place) const;
   bool SolveOne(Contact& contact, const V* base, V* u, Real interval, Real least_change);
@@ -198,9 +214,18 @@ class SurfaceContacts {
   // Of a search.
   std::vector<Gap<V>> gaps_;
   std::vector<V> described_;
-  std::vector<Real> bounds_;         // of the candidates of a solid
+  std::vector<typename Wakes<Real>::Corners> corners_;  // particles of the parts of a solid
+  std::vector<Real> bounds_;                            // of these parts
   std::vector<uint32_t> watched_;    // [particle_count] place among those that are watched
   std::vector<V> corners_of_solid_;  // LowestCornerUnder
+  // Of the parts of a solid that are due and have no plane, or an old one.
+  struct Searched {
+    uint32_t part = 0;
+    bool is_none = false;  // nothing is lowest inside
+    Real free = 0;         // then how far its corners may move before that may change [m]
+  };
+  std::vector<Searched> searched_;
+  std::vector<uint32_t> found_;  // places of contacts that have a part in the substep
 };
 
 extern template class SurfaceContacts<self_contact::Vector3f>;

@@ -30,10 +30,9 @@ void SurfaceContacts<V>::Search(SolidState& solid, std::span<const V> positions,
   solid.needs_search = false;
   solid.is_given_up = false;
   solid.searched_in = substep_;
-  Drop(solid.candidates);
+  DropParts(solid);
   solid.near.clear();
   solid.near_travels.clear();
-  bounds_.clear();
   solid.found_positions.assign(positions.begin(), positions.end());
   self_contact::Box<V> box;
   Real speed_sq = 0;
@@ -103,6 +102,7 @@ void SurfaceContacts<V>::FindCandidates(SolidState& solid, std::span<const V> po
     interruption.Check();
     add(triangle);
   }
+  solid.triangle_count = corners_.size();
   for (const auto& edge : parts_->edges()) {
     interruption.Check();
     add(edge);
@@ -110,65 +110,85 @@ void SurfaceContacts<V>::FindCandidates(SolidState& solid, std::span<const V> po
 }
 
 template <class V>
-void SurfaceContacts<V>::Drop(std::vector<Contact>& contacts) {
-  contact_count_ -= contacts.size();
-  contacts.clear();
+void SurfaceContacts<V>::DropParts(SolidState& solid) {
+  contact_count_ -= solid.places.size();
+  solid.places.clear();
+  solid.contacts.clear();
+  solid.triangle_count = 0;
+  corners_.clear();
+  bounds_.clear();
 }
 
-// For one more of these contacts of the solid. Where there is none it is given up, and none of them
-// is left: where some are is chance.
 template <class V>
-bool SurfaceContacts<V>::HasRoom(SolidState& solid, std::vector<Contact>& contacts) {
+void SurfaceContacts<V>::DropPassing(SolidState& solid) {
+  contact_count_ -= solid.passing.size();
+  solid.passing.clear();
+}
+
+// For one more part or passing one of the solid. Where there is none it is given up, and none of
+// them is left, which its caller does: where some are is chance.
+template <class V>
+bool SurfaceContacts<V>::HasRoom(SolidState& solid) {
   if (solid.is_given_up) return false;
   if (contact_count_ < numbers_.most_contacts) {
     ++contact_count_;
     return true;
   }
-  Drop(contacts);
-  contacts.shrink_to_fit();
   solid.is_given_up = has_given_up_ = true;
   return false;
 }
 
-// The particles of the candidates, which wait for their bounds.
+// The particles of the parts, which wait for their bounds.
 template <class V>
 void SurfaceContacts<V>::Watch(SolidState& solid, size_t particle_count) {
-  constexpr uint32_t kNone = UINT32_MAX;
-  watched_.assign(particle_count, kNone);
-  for (const Contact& contact : solid.candidates) {
-    for (uint32_t k = 0; k < contact.count; ++k) watched_[contact.particles[k]] = 0;
+  constexpr uint32_t kUnwatched = UINT32_MAX;
+  watched_.assign(particle_count, kUnwatched);
+  for (const auto& its : corners_) {
+    for (const uint32_t i : its) watched_[i] = 0;
   }
   solid.watched.clear();
   solid.described.clear();
   for (uint32_t i = 0; i < particle_count; ++i) {
-    if (watched_[i] == kNone) continue;
+    if (watched_[i] == kUnwatched) continue;
     watched_[i] = static_cast<uint32_t>(solid.watched.size());
     solid.watched.push_back(i);
     solid.described.push_back(described_[i]);
   }
-  std::vector<typename Wakes<Real>::Corners> corners;
-  for (const Contact& contact : solid.candidates) {
-    const auto& [i, j, k] = contact.particles;
-    corners.push_back({watched_[i], watched_[j], watched_[contact.count == 2 ? j : k]});
+  for (auto& its : corners_) {
+    for (uint32_t& i : its) i = watched_[i];
   }
-  solid.wakes.Begin(static_cast<uint32_t>(solid.watched.size()), std::move(corners));
-  for (size_t c = 0; c < bounds_.size(); ++c) solid.wakes.Wait(c, bounds_[c]);
+  solid.wakes.Begin(static_cast<uint32_t>(solid.watched.size()), corners_);
+  for (size_t part = 0; part < bounds_.size(); ++part) solid.wakes.Wait(part, bounds_[part]);
+}
+
+// An edge has its second end twice.
+template <class V>
+void SurfaceContacts<V>::Add(SolidState& solid, std::span<const uint32_t> particles, Real bound) {
+  Real inverse_mass = 0;
+  for (const uint32_t i : particles) inverse_mass += numbers_.inverse_masses[i];
+  if (inverse_mass == 0) return;
+  if (!HasRoom(solid)) return DropParts(solid);
+  solid.places.push_back(SolidState::kNone);
+  corners_.push_back({particles.front(), particles[1], particles.back()});
+  bounds_.push_back(bound);
 }
 
 template <class V>
-void SurfaceContacts<V>::Add(SolidState& solid, std::span<const uint32_t> particles, Real bound) {
-  Contact contact;
-  contact.count = static_cast<uint32_t>(particles.size());
-  contact.solid = static_cast<uint32_t>(&solid - solids_.data());
-  Real inverse_mass = 0;
-  for (size_t k = 0; k < particles.size(); ++k) {
-    contact.particles[k] = particles[k];
-    inverse_mass += numbers_.inverse_masses[particles[k]];
-  }
-  if (inverse_mass == 0) return;
-  if (!HasRoom(solid, solid.candidates)) return bounds_.clear();
-  solid.candidates.push_back(contact);
-  bounds_.push_back(bound);
+void SurfaceContacts<V>::SolidState::Begin(const PlacedSolid<V>& solid) {
+  placed = solid;
+  places.clear();
+  contacts.clear();
+  watched.clear();
+  described.clear();
+  near.clear();
+  near_travels.clear();
+  sides.clear();
+  passing.clear();
+  needs_search = true;
+  is_given_up = false;
+  triangle_count = 0;
+  searched_in = 0;
+  reach = travel = expected = particle_way = own_way = 0;
 }
 
 }  // namespace drape::surface_contact
