@@ -14,14 +14,6 @@ using self_contact::Cross;
 using self_contact::Dot;
 using self_contact::Length;
 
-// Places that an edge is tried at, beside its ends, at most. More: a little nearer; fewer: the gap
-// of what is far from a round solid is less exact.
-constexpr int kMostTries = 10;
-// The gap is found to this share of the least dip that counts [-].
-constexpr double kExactness = 0.25;
-// Where the mean of two normals across an edge is shorter than this [-] the edge goes through a
-// plate from one face to the other: no way across it is out.
-constexpr double kLeastMean = 0.1;
 // Intervals of an edge above a distance map: of one cell each, but no more than this.
 constexpr int kMostIntervals = 12;
 constexpr int kMapTries = 6;

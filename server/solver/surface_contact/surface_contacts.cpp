@@ -261,6 +261,25 @@ ScalarOf<V> SurfaceContacts<V>::LargestError(const V* base, const V* u, Real int
 }
 
 template <class V>
+void SurfaceContacts<V>::MoveWatched(SolidState& solid, std::span<const V> positions) {
+  const auto count = static_cast<uint32_t>(solid.watched.size());
+  for (uint32_t begin = 0; begin < count; begin += kFour) {
+    std::array<V, kFour> starts, ends;
+    for (uint32_t k = 0; k < kFour; ++k) {
+      const uint32_t place = std::min(begin + k, count - 1);
+      starts[k] = solid.described[place];
+      ends[k] = positions[solid.watched[place]];
+    }
+    const FourVectors<V> end = solid.placed.DescribedAtEnd(SideBySide(ends));
+    const V ways = Length(end - SideBySide(starts));
+    for (uint32_t k = 0; k < kFour && begin + k < count; ++k) {
+      solid.wakes.Move(begin + k, ways[static_cast<int>(k)]);
+      solid.described[begin + k] = OneOf(end, k);
+    }
+  }
+}
+
+template <class V>
 void SurfaceContacts<V>::Advance(std::span<const V> positions) {
   const auto way_from = [&](const std::vector<V>& from) {
     V most{};
@@ -276,11 +295,7 @@ void SurfaceContacts<V>::Advance(std::span<const V> positions) {
     if (solid.has_any()) {
       solid.particle_way = way;
       solid.travel += way + solid.own_way;
-      for (uint32_t k = 0; k < solid.watched.size(); ++k) {
-        const V end = solid.placed.DescribedAtEnd(positions[solid.watched[k]]);
-        solid.wakes.Move(k, Length(V(end - solid.described[k])));
-        solid.described[k] = end;
-      }
+      MoveWatched(solid, positions);
       next = static_cast<Real>(kWayMargin) * way + solid.own_way;
     } else if (substep_ % kLookEvery == 0) {
       const auto since = static_cast<Real>(substep_ - solid.searched_in + 1);

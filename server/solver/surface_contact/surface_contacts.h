@@ -172,6 +172,7 @@ class SurfaceContacts {
   void DropParts(SolidState& solid);
   void DropPassing(SolidState& solid);
   void Watch(SolidState& solid, size_t particle_count);
+  void MoveWatched(SolidState& solid, std::span<const V> positions);
   void FindPassing(SolidState& solid, std::span<const V> positions);
   bool FindMeeting(Contact& contact, const V* base, const V* u, Real interval) const;
   bool FindMeetingOfEdge(Contact& contact, const V* base, const V* u, Real interval) const;
@@ -182,7 +183,7 @@ class SurfaceContacts {
   bool HasPlane(const SolidState& solid, size_t part) const;
   std::array<V, 3> CornersOf(const SolidState& solid, size_t part) const;
   LowestPoint<V> LowestOf(const SolidState& solid, uint32_t count, const std::array<V, 3>& places);
-  bool FindPlane(SolidState& solid, size_t part);
+  bool HasFoundPlane(SolidState& solid, size_t part, const LowestPoint<V>& lowest);
   void Rest(SolidState& solid, size_t part, Real free);
   Contact& ContactOf(SolidState& solid, size_t part);
   void Activate(Contact& contact, std::span<const V> positions, std::span<const V> velocities);
@@ -221,8 +222,8 @@ class SurfaceContacts {
   // Of the parts of a solid that are due and have no plane, or an old one.
   struct Searched {
     uint32_t part = 0;
-    bool is_none = false;  // nothing is lowest inside
-    Real free = 0;         // then how far its corners may move before that may change [m]
+    bool is_known = false;
+    LowestPoint<V> lowest{};  // if it is known
   };
   std::vector<Searched> searched_;
   std::vector<uint32_t> found_;  // places of contacts that have a part in the substep

@@ -20,12 +20,11 @@ void SurfaceContacts<V>::LookAtDue(SolidState& solid, std::span<const V> positio
   auto searched = searched_.begin();
   for (const uint32_t part : due) {
     if (searched != searched_.end() && searched->part == part) {
-      const Searched& its = *searched++;
-      if (its.is_none) {
-        Rest(solid, part, its.free);
-        continue;
+      Searched& its = *searched++;
+      if (!its.is_known) {
+        its.lowest = LowestOf(solid, solid.CornerCount(part), CornersOf(solid, part));
       }
-      if (!FindPlane(solid, part)) continue;
+      if (!HasFoundPlane(solid, part, its.lowest)) continue;
     }
     if (Look(solid, part, velocities)) found_.push_back(solid.places[part]);
   }
@@ -56,15 +55,18 @@ void SurfaceContacts<V>::LookAtFour(const SolidState& solid) {
         const auto& its = solid.wakes.corners(four[std::min(k, four.size() - 1)].part);
         for (size_t c = 0; c < corners.size(); ++c) corners[c][k] = solid.described[its[c]];
       }
-      const NothingLowest<V> nothing = find(shape, corners, solid.expected);
+      const FourLowest<V> lowest = find(corners);
       for (size_t k = 0; k < four.size(); ++k) {
-        four[k].is_none = (nothing.parts >> k & 1) != 0;
-        four[k].free = nothing.free[static_cast<int>(k)];
+        four[k].is_known = (lowest.known >> k & 1) != 0;
+        four[k].lowest = lowest.lowest[k];
       }
     }
   };
-  look({searched_.begin(), edges}, CornersOfFour<V, 3>{}, NothingLowestOnTriangles<V>);
-  look({edges, searched_.end()}, CornersOfFour<V, 2>{}, NothingLowestOnEdges<V>);
+  look({searched_.begin(), edges}, CornersOfFour<V, 3>{},
+       [&](const auto& corners) { return LowestOnFourTriangles(shape, corners, solid.expected); });
+  look({edges, searched_.end()}, CornersOfFour<V, 2>{}, [&](const auto& corners) {
+    return LowestOnFourEdges(shape, corners, least_dip_, solid.expected);
+  });
 }
 
 // One that may be used still.
@@ -131,15 +133,15 @@ LowestPoint<V> SurfaceContacts<V>::LowestOf(const SolidState& solid, uint32_t co
   return next.is_inside && next.gap <= solid.expected ? next : lowest;
 }
 
-// False: it is not lowest inside; then it is known when to look again.
+// False: nothing is lowest inside; then it is known when to look again.
 template <class V>
-bool SurfaceContacts<V>::FindPlane(SolidState& solid, size_t part) {
-  const std::array<V, 3> described = CornersOf(solid, part);
-  const LowestPoint<V> lowest = LowestOf(solid, solid.CornerCount(part), described);
+bool SurfaceContacts<V>::HasFoundPlane(SolidState& solid, size_t part,
+                                       const LowestPoint<V>& lowest) {
   if (!lowest.is_inside) {
     Rest(solid, part, std::max(lowest.room, lowest.gap));
     return false;
   }
+  const std::array<V, 3> described = CornersOf(solid, part);
   Contact& contact = ContactOf(solid, part);
   contact.has_plane = true;
   contact.normal = lowest.normal;
