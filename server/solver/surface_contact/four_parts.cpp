@@ -378,13 +378,14 @@ FourLowest<V> OnFourEdges(const Shape& shape, ScalarOf<V> offset,
   const auto is_known = has_length & ~(is_asked & (leaves_at_low | leaves_at_high));
   FourLowest<V> four = KnownOf<V>(BitsOf(is_known) & 0xF, Max(room, gap));
   const uint32_t inside = BitsOf(dips.is_inside);
+  const std::array<V, kFour> normals = Apart(dips.normal);
   for (size_t k = 0; k < kFour; ++k) {
     if ((inside >> k & 1) == 0) continue;
     const auto lane = static_cast<int>(k);
     // As OnLongerEdge.
     const Real place = self_contact::Clamped(
         dips.place[lane] * static_cast<Real>(1 + 2 * kOverlap) - static_cast<Real>(kOverlap));
-    four.lowest[k] = LowestPoint<V>{true, {1 - place, place, 0}, OneOf(dips.normal, k), gap[lane]};
+    four.lowest[k] = LowestPoint<V>{true, {1 - place, place, 0}, normals[k], gap[lane]};
   }
   return four;
 }

@@ -79,11 +79,18 @@ FourVectors<V> Select(const MaskOfFour<V>& mask, const FourVectors<V>& a, const 
   return {mask ? a.x : b.x, mask ? a.y : b.y, mask ? a.z : b.z};
 }
 
-// Vector k of the four.
+// Each of the four.
 template <class V>
-V OneOf(const FourVectors<V>& v, size_t k) {
-  const auto lane = static_cast<int>(k);
-  return V{v.x[lane], v.y[lane], v.z[lane], 0};
+std::array<V, kFour> Apart(const FourVectors<V>& v) {
+  const V zero{};
+  const V xy_01 = __builtin_shufflevector(v.x, v.y, 0, 4, 1, 5);
+  const V xy_23 = __builtin_shufflevector(v.x, v.y, 2, 6, 3, 7);
+  const V z_01 = __builtin_shufflevector(v.z, zero, 0, 4, 1, 5);
+  const V z_23 = __builtin_shufflevector(v.z, zero, 2, 6, 3, 7);
+  return {__builtin_shufflevector(xy_01, z_01, 0, 1, 4, 5),
+          __builtin_shufflevector(xy_01, z_01, 2, 3, 6, 7),
+          __builtin_shufflevector(xy_23, z_23, 0, 1, 4, 5),
+          __builtin_shufflevector(xy_23, z_23, 2, 3, 6, 7)};
 }
 
 }  // namespace drape::surface_contact

@@ -264,17 +264,16 @@ template <class V>
 void SurfaceContacts<V>::MoveWatched(SolidState& solid, std::span<const V> positions) {
   const auto count = static_cast<uint32_t>(solid.watched.size());
   for (uint32_t begin = 0; begin < count; begin += kFour) {
-    std::array<V, kFour> starts, ends;
-    for (uint32_t k = 0; k < kFour; ++k) {
-      const uint32_t place = std::min(begin + k, count - 1);
-      starts[k] = solid.described[place];
-      ends[k] = positions[solid.watched[place]];
-    }
-    const FourVectors<V> end = solid.placed.DescribedAtEnd(SideBySide(ends));
-    const V ways = Length(end - SideBySide(starts));
+    const auto place = [&](uint32_t k) { return std::min(begin + k, count - 1); };
+    const auto start = [&](uint32_t k) { return solid.described[place(k)]; };
+    const auto end = [&](uint32_t k) { return positions[solid.watched[place(k)]]; };
+    const FourVectors<V> ends =
+        solid.placed.DescribedAtEnd(SideBySide<V>({end(0), end(1), end(2), end(3)}));
+    const V ways = Length(ends - SideBySide<V>({start(0), start(1), start(2), start(3)}));
+    const std::array<V, kFour> described = Apart(ends);
     for (uint32_t k = 0; k < kFour && begin + k < count; ++k) {
       solid.wakes.Move(begin + k, ways[static_cast<int>(k)]);
-      solid.described[begin + k] = OneOf(end, k);
+      solid.described[begin + k] = described[k];
     }
   }
 }
