@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "server/solver/surface_contact/lowest_point.h"
+#include "server/solver/surface_contact/triangle_weights.h"
 
 namespace drape::surface_contact {
 namespace {
@@ -16,24 +17,6 @@ using self_contact::Length;
 constexpr int kTriangleTries = 16;
 // What is flatter than this above a distance map is level [-].
 constexpr float kLevelDip = 1e-3f;
-
-// Barycentric coordinates of the point of the triangle's plane that is nearest to x.
-template <class V>
-std::array<ScalarOf<V>, 3> WeightsAt(const std::array<V, 3>& corners, const V& x) {
-  using Real = ScalarOf<V>;
-  const V e = corners[1] - corners[0], f = corners[2] - corners[0], d = x - corners[0];
-  const Real ee = Dot(e, e), ef = Dot(e, f), ff = Dot(f, f), de = Dot(d, e), df = Dot(d, f);
-  const Real determinant = ee * ff - ef * ef;
-  const Real v = (ff * de - ef * df) / determinant, w = (ee * df - ef * de) / determinant;
-  return {1 - v - w, v, w};
-}
-
-// All weights are above `least`.
-template <class V>
-bool AreInside(const std::array<ScalarOf<V>, 3>& weights, double least) {
-  const auto its = static_cast<ScalarOf<V>>(least);
-  return weights[0] > its && weights[1] > its && weights[2] > its;
-}
 
 // The nearest weights, nearly, of which none is negative.
 template <class Real>
@@ -88,7 +71,7 @@ LowestPoint<V> LowestOnTriangleAboveMap(const Solid<V>& solid, const std::array<
     const Real steepness = Length(slope);
     if (!(steepness > kLevelDip)) break;
     const V next = best - (step / steepness) * slope;
-    is_at_rim = !AreInside<V>(WeightsAt(corners, next), kLeastWeight);
+    is_at_rim = !AreInside(WeightsAt(corners, next), kLeastWeight);
     if (is_at_rim) {
       step /= 3;
       continue;
@@ -172,7 +155,7 @@ LowestPoint<V> LowestOnTriangle(const Solid<V>& solid, const std::array<V, 3>& c
   const auto from_side = [&](const V& n) -> LowestPoint<V> {
     const V farthest = solid.Farthest(n);
     const auto weights = WeightsAt(corners, farthest);
-    return {.is_inside = AreInside<V>(weights, is_round ? kLeastWeight : -kOverlap),
+    return {.is_inside = AreInside(weights, is_round ? kLeastWeight : -kOverlap),
             .weights = weights,
             .normal = n,
             .gap = Dot(n, V(corners[0] - farthest)) - solid.offset()};
@@ -209,7 +192,7 @@ LowestPoint<V> LowestCornerUnder(const Solid<V>& solid, const std::array<V, 3>& 
   LowestPoint<V> lowest;
   for (const V& corner : corners_of_solid) {
     const auto weights = WeightsAt(corners, corner);
-    if (!AreInside<V>(weights, least_weight)) continue;
+    if (!AreInside(weights, least_weight)) continue;
     const auto gap = Dot(normal, V(corners[0] - corner)) - solid.offset();
     if (lowest.is_inside && gap >= lowest.gap) continue;
     lowest = {

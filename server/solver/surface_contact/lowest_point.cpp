@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "server/solver/self_contact/closest_points.h"
+#include "server/solver/surface_contact/tangents.h"
 
 namespace drape::surface_contact {
 namespace {
@@ -23,18 +24,9 @@ constexpr int kMapPathTries = 1000;
 // [-]: more of them find what it meets there more exactly and take longer.
 constexpr int kWayTries = 32;
 
-// What is known of the distance along an edge, at a place on it.
 template <class V>
-struct Tangent {
-  ScalarOf<V> place = 0;  // 0 to 1
-  Gap<V> at{};
-  ScalarOf<V> slope = 0;  // along the whole edge [m]
-};
-
-template <class V>
-Tangent<V> TangentAt(const Solid<V>& solid, const V& a, const V& d, ScalarOf<V> place) {
-  const Gap<V> at = solid.At(V(a + place * d));
-  return {place, at, Dot(at.normal, d)};
+auto AtOf(const Solid<V>& solid) {
+  return [&solid](const V& x) { return solid.At(x); };
 }
 
 template <class V>
@@ -49,60 +41,13 @@ LowestPoint<V> OnEdge(ScalarOf<V> place, const V& normal, ScalarOf<V> gap) {
   return {.is_inside = true, .weights = {1 - place, place, 0}, .normal = normal, .gap = gap};
 }
 
-// The half-spaces behind the tangents of two places hold the solid, and so does each mean of them.
-// That mean across the edge has all of the edge at the same distance: where the tangents meet.
 template <class V>
-struct Wedge {
-  using Real = ScalarOf<V>;
-
-  // `offset`: around a core whose edges are sharp. `tilt`: the slope that the edge has along the
-  // normal instead of none.
-  Wedge(const Tangent<V>& low, const Tangent<V>& high, Real offset, Real tilt) {
-    const Real difference = low.slope - high.slope;  // < 0
-    place = std::clamp(
-        (high.at.gap - low.at.gap + low.slope * low.place - high.slope * high.place) / difference,
-        low.place, high.place);
-    height = low.at.gap + low.slope * (place - low.place);
-    const Real share = (tilt - high.slope) / difference;
-    const V mean = share * low.at.normal + (1 - share) * high.at.normal;
-    const Real length = Length(mean);
-    is_across = length > static_cast<Real>(kLeastMean);
-    if (!is_across) return;
-    normal = mean / length;
-    gap = (height + offset) / length - offset;
-  }
-
-  Real place;
-  Real height;  // of both tangents there [m]
-  bool is_across;
-  V normal{};
-  Real gap = std::numeric_limits<Real>::lowest();  // of the edge along the normal [m]
-};
-
-// The distance is convex along the edge, and falls inwards at both ends, less a tilt: that is added
-// to it from the first end to the other [m].
-template <class V>
-LowestPoint<V> LowestByTangents(const Solid<V>& solid, const V& a, const V& d, Tangent<V> low,
-                                Tangent<V> high, ScalarOf<V> least, ScalarOf<V> tilt = 0) {
-  using Real = ScalarOf<V>;
-  const Real lower_end = std::min(low.at.gap - tilt * low.place, high.at.gap - tilt * high.place);
-  const Real exactness = static_cast<Real>(kExactness) * least;
-  for (int k = 0;; ++k) {
-    const Wedge<V> wedge(low, high, solid.offset(), tilt);
-    if (wedge.height - tilt * wedge.place > lower_end - least) return {.gap = lower_end - least};
-    // Between round solids and far from edges the slope is nearly linear, at edges it jumps.
-    const Real secant =
-        low.place + (low.slope - tilt) / (low.slope - high.slope) * (high.place - low.place);
-    const bool is_jump = k % 2 == 0;
-    const Tangent<V> next = TangentAt(solid, a, d, is_jump ? wedge.place : secant);
-    const bool is_exact = next.at.gap - std::max(wedge.height, wedge.gap) <= exactness;
-    if (next.slope == tilt) return OnEdge(next.place, next.at.normal, next.at.gap);
-    if (is_exact || k == kMostTries || !(low.place < next.place && next.place < high.place)) {
-      if (!wedge.is_across) return {.gap = wedge.height};
-      return OnEdge(wedge.place, wedge.normal, wedge.gap);
-    }
-    (next.slope < tilt ? low : high) = next;
-  }
+LowestPoint<V> LowestByTangents(const Solid<V>& solid, const V& a, const V& d,
+                                const Tangent<V>& low, const Tangent<V>& high, ScalarOf<V> least,
+                                ScalarOf<V> tilt = 0) {
+  const Dip<V> dip = DipByTangents(AtOf(solid), solid.offset(), a, d, low, high, least, tilt, true);
+  if (!dip.is_inside) return {.gap = dip.gap};
+  return OnEdge(dip.place, dip.normal, dip.gap);
 }
 
 // Exact: the nearest points of the edge and of the segment in the capsule.
@@ -145,7 +90,7 @@ LowestPoint<V> LowestAboveMap(const Solid<V>& solid, const V& a, const V& b, Sca
   int lowest = 0;
   for (int k = 0; k <= intervals; ++k) {
     tried[static_cast<size_t>(k)] =
-        TangentAt(solid, a, d, static_cast<Real>(k) / static_cast<Real>(intervals));
+        TangentAt(AtOf(solid), a, d, static_cast<Real>(k) / static_cast<Real>(intervals));
     if (tried[static_cast<size_t>(k)].at.gap < tried[static_cast<size_t>(lowest)].at.gap)
       lowest = k;
   }
@@ -164,7 +109,7 @@ LowestPoint<V> LowestAboveMap(const Solid<V>& solid, const V& a, const V& b, Sca
   for (int k = 0; k < kMapTries && low.slope < 0 && high.slope > 0; ++k) {
     const Real secant = low.place + low.slope / (low.slope - high.slope) * (high.place - low.place);
     const Tangent<V> next =
-        TangentAt(solid, a, d, k % 2 == 0 ? secant : (low.place + high.place) / 2);
+        TangentAt(AtOf(solid), a, d, k % 2 == 0 ? secant : (low.place + high.place) / 2);
     if (next.at.gap < best.at.gap) best = next;
     (next.slope < 0 ? low : high) = next;
   }
@@ -185,7 +130,7 @@ static LowestPoint<V> LowestBetween(const Solid<V>& solid, const V& a, const V& 
     return LowestAboveSegment(solid, a, b, least);
   }
   if (!solid.is_convex()) return LowestAboveMap(solid, a, b, least);
-  const Tangent<V> low = TangentAt(solid, a, d, 0), high = TangentAt(solid, a, d, 1);
+  const Tangent<V> low = TangentAt(AtOf(solid), a, d, 0), high = TangentAt(AtOf(solid), a, d, 1);
   if (low.slope < 0 && high.slope > 0) return LowestByTangents(solid, a, d, low, high, least);
   LowestPoint<V> none{.gap = std::min(low.at.gap, high.at.gap)};
   // On one face: nothing is lower inside before an end leaves it.
@@ -199,8 +144,7 @@ LowestPoint<V> OnLongerEdge(const V& a, const V& b, const Find& find) {
   using Real = ScalarOf<V>;
   const V beyond = static_cast<Real>(kOverlap) * (b - a);
   LowestPoint<V> lowest = find(V(a - beyond), V(b + beyond));
-  const Real place = Clamped(lowest.weights[1] * static_cast<Real>(1 + 2 * kOverlap) -
-                             static_cast<Real>(kOverlap));
+  const Real place = PlaceOnShorter(lowest.weights[1]);
   lowest.weights[0] = 1 - place;
   lowest.weights[1] = place;
   return lowest;
@@ -218,8 +162,8 @@ LowestPoint<V> NextOnEdge(const Solid<V>& solid, const V& a, const V& b, ScalarO
   using Real = ScalarOf<V>;
   return OnLongerEdge(a, b, [&](const V& longer_a, const V& longer_b) -> LowestPoint<V> {
     const V d = longer_b - longer_a;
-    const Tangent<V> low = TangentAt(solid, longer_a, d, 0);
-    const Tangent<V> high = TangentAt(solid, longer_a, d, 1);
+    const Tangent<V> low = TangentAt(AtOf(solid), longer_a, d, 0);
+    const Tangent<V> high = TangentAt(AtOf(solid), longer_a, d, 1);
     const Real level = static_cast<Real>(kNearlyLevel) * Length(d);
     // The end that is nearly level, tilted by half of what still counts as that.
     if (std::abs(low.slope) < level && high.slope > low.slope + level) {

@@ -70,15 +70,6 @@ inline constexpr double kLeastWeight = 0.02;
 // towards a corner keep off it, by that share; smaller: such particles tremble again.
 inline constexpr double kOverlap = 0.005;
 
-// Places that an edge is tried at, beside its ends, at most. More: a little nearer; fewer: the gap
-// of what is far from a round solid is less exact.
-inline constexpr int kMostTries = 10;
-// The gap is found to this share of the least dip that counts [-].
-inline constexpr double kExactness = 0.25;
-// Where the mean of two normals across an edge is shorter than this [-] the edge goes through a
-// plate from one face to the other: no way across it is out.
-inline constexpr double kLeastMean = 0.1;
-
 #define DRAPE_EXTERN_LOWEST(V)                                                                   \
   extern template LowestPoint<V> LowestOnEdge(const Solid<V>&, const V&, const V&, ScalarOf<V>); \
   extern template LowestPoint<V> LowestOnTriangle(const Solid<V>&, const std::array<V, 3>&,      \

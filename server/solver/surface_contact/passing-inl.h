@@ -13,6 +13,10 @@ namespace drape::surface_contact {
 template <class V>
 void SurfaceContacts<V>::FindPassing(SolidState& solid, std::span<const V> positions) {
   if (solid.is_given_up) return;
+  const auto give_up = [&] {
+    DropPassing(solid);
+    solid.passing.shrink_to_fit();
+  };
   const PlacedSolid<V>& placed = solid.placed;
   solid.sides.resize(positions.size());
   for (size_t k = 0; k < solid.near.size(); ++k) {
@@ -42,7 +46,7 @@ void SurfaceContacts<V>::FindPassing(SolidState& solid, std::span<const V> posit
     } else {
       side = at.normal;
     }
-    if (!HasRoom(solid)) return DropPassing(solid);
+    if (!HasRoom(solid)) return give_up();
     solid.passing.push_back(contact);
   }
   if (!placed.solid().is_convex()) return;
@@ -55,7 +59,7 @@ void SurfaceContacts<V>::FindPassing(SolidState& solid, std::span<const V> posit
     }
     contact.solid = static_cast<uint32_t>(&solid - solids_.data());
     contact.is_passing = true;
-    if (!HasRoom(solid)) return DropPassing(solid);
+    if (!HasRoom(solid)) return give_up();
     solid.passing.push_back(contact);
   }
 }

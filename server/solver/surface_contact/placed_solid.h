@@ -5,7 +5,6 @@
 #include <cstddef>
 
 #include "server/scene/rigid_motion.h"
-#include "server/solver/surface_contact/four_vectors.h"
 #include "server/solver/surface_contact/solid.h"
 
 namespace drape::surface_contact {
@@ -30,13 +29,6 @@ class PlacedSolid {
   // In the frame of the description, when the substep starts and when it ends.
   V DescribedAtStart(const V& x) const { return moves_ ? Described(start_, x) : x; }
   V DescribedAtEnd(const V& x) const { return moves_ ? Described(end_, x) : x; }
-  FourVectors<V> DescribedAtEnd(const FourVectors<V>& x) const {
-    if (!moves_) return x;
-    const FourVectors<V> d = x - Same(end_.position);
-    const auto& [first, second, third] = end_.columns;
-    return Same(pivot_) +
-           FourVectors<V>{Dot(Same(first), d), Dot(Same(second), d), Dot(Same(third), d)};
-  }
   // A direction of that frame.
   V TurnedAtStart(const V& n) const { return moves_ ? Turned(start_, n) : n; }
   V TurnedAtEnd(const V& n) const { return moves_ ? Turned(end_, n) : n; }

@@ -3,19 +3,19 @@
 
 #include <array>
 #include <memory>
+#include <span>
 #include <vector>
 
 #include "server/scene/colliders.h"
-#include "server/solver/self_contact/vectors.h"
+#include "server/solver/surface_contact/four_vectors.h"
 
 namespace drape::surface_contact {
 
-using self_contact::ScalarOf;
-
 // Distance from the surface less the thickness, negative inside [m], and the outward unit normal.
+// Of four points: V is FourVectors.
 template <class V>
 struct Gap {
-  ScalarOf<V> gap = 0;
+  NumberOf<V> gap{};
   V normal{};
 };
 
@@ -31,6 +31,8 @@ class Solid {
 
   ShapeKind kind() const { return kind_; }
   bool is_convex() const { return kind_ != ShapeKind::kDistanceMap; }
+  // It has edges: sharp_solid.h.
+  bool is_sharp() const { return kind_ == ShapeKind::kBox || kind_ == ShapeKind::kCylinder; }
   // HalfWidth_m, of a map half a cell: what moves farther within a substep may pass [m].
   Real half_width() const { return half_width_; }
   // Of a distance map [m].
@@ -62,9 +64,6 @@ class Solid {
   Real half_length() const { return half_length_; }
 
  private:
-  V Local(const V& x) const;
-  V FromLocal(const V& local) const;
-
   ShapeKind kind_;
   V point_{};
   V vector_{};

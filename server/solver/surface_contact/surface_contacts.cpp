@@ -35,18 +35,15 @@ void SurfaceContacts<V>::Begin(const SurfaceParts& parts, const Solids& solids,
   ages_after_ = 1 + static_cast<uint32_t>(kPlaneAge_s / substep_s_);
   has_starts_ = false;
   active_.clear();
+  solids_.clear();
   contact_count_ = 0;
   has_given_up_ = false;
-  size_t count = 0;
   for (const uint32_t c : solids.places) {
     const Collider& collider = solids.colliders[c];
     const RigidMotion* const motion = solids.motions.empty() ? nullptr : &solids.motions[c];
     if (!TouchesEdges(solids.edges, collider, motion)) continue;
-    const PlacedSolid<V> placed(collider, motion, solids.thickness_m, c);
-    if (count == solids_.size()) solids_.push_back({placed});
-    solids_[count++].Begin(placed);
+    solids_.push_back({PlacedSolid<V>(collider, motion, solids.thickness_m, c)});
   }
-  solids_.erase(solids_.begin() + static_cast<std::ptrdiff_t>(count), solids_.end());
 }
 
 template <class V>
@@ -261,24 +258,6 @@ ScalarOf<V> SurfaceContacts<V>::LargestError(const V* base, const V* u, Real int
 }
 
 template <class V>
-void SurfaceContacts<V>::MoveWatched(SolidState& solid, std::span<const V> positions) {
-  const auto count = static_cast<uint32_t>(solid.watched.size());
-  for (uint32_t begin = 0; begin < count; begin += kFour) {
-    const auto place = [&](uint32_t k) { return std::min(begin + k, count - 1); };
-    const auto start = [&](uint32_t k) { return solid.described[place(k)]; };
-    const auto end = [&](uint32_t k) { return positions[solid.watched[place(k)]]; };
-    const FourVectors<V> ends =
-        solid.placed.DescribedAtEnd(SideBySide<V>({end(0), end(1), end(2), end(3)}));
-    const V ways = Length(ends - SideBySide<V>({start(0), start(1), start(2), start(3)}));
-    const std::array<V, kFour> described = Apart(ends);
-    for (uint32_t k = 0; k < kFour && begin + k < count; ++k) {
-      solid.wakes.Move(begin + k, ways[static_cast<int>(k)]);
-      solid.described[begin + k] = described[k];
-    }
-  }
-}
-
-template <class V>
 void SurfaceContacts<V>::Advance(std::span<const V> positions) {
   const auto way_from = [&](const std::vector<V>& from) {
     V most{};
@@ -294,7 +273,11 @@ void SurfaceContacts<V>::Advance(std::span<const V> positions) {
     if (solid.has_any()) {
       solid.particle_way = way;
       solid.travel += way + solid.own_way;
-      MoveWatched(solid, positions);
+      for (uint32_t k = 0; k < solid.watched.size(); ++k) {
+        const V end = solid.placed.DescribedAtEnd(positions[solid.watched[k]]);
+        solid.wakes.Move(k, Length(V(end - solid.described[k])));
+        solid.described[k] = end;
+      }
       next = static_cast<Real>(kWayMargin) * way + solid.own_way;
     } else if (substep_ % kLookEvery == 0) {
       const auto since = static_cast<Real>(substep_ - solid.searched_in + 1);

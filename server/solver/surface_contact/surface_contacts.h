@@ -78,7 +78,8 @@ struct SurfaceContact {
 };
 
 // Working memory of a step with so many pairs of a particle and a solid [bytes], about what it is
-// at most: vectors of each pair, and contacts. Where each is near few solids it is a tenth of that.
+// at most: vectors of each pair, and contacts, as if all of its edges and triangles had them. Where
+// each is near few solids it is a tenth of that.
 template <class V>
 uint64_t MostBytes(uint64_t pairs) {
   constexpr uint64_t kVectors = 3, kContactsPerPair = 6;  // itself, its edges and triangles
@@ -161,8 +162,6 @@ class SurfaceContacts {
 
     bool has_any() const { return !places.empty() || !near.empty(); }
     uint32_t CornerCount(size_t part) const { return part < triangle_count ? 3 : 2; }
-    // As before the first search of a step. What it has allocated stays.
-    void Begin(const PlacedSolid<V>& solid);
   };
 
   void Search(SolidState& solid, std::span<const V> positions, std::span<const V> velocities);
@@ -172,7 +171,6 @@ class SurfaceContacts {
   void DropParts(SolidState& solid);
   void DropPassing(SolidState& solid);
   void Watch(SolidState& solid, size_t particle_count);
-  void MoveWatched(SolidState& solid, std::span<const V> positions);
   void FindPassing(SolidState& solid, std::span<const V> positions);
   bool FindMeeting(Contact& contact, const V* base, const V* u, Real interval) const;
   bool FindMeetingOfEdge(Contact& contact, const V* base, const V* u, Real interval) const;
@@ -183,7 +181,7 @@ class SurfaceContacts {
   bool HasPlane(const SolidState& solid, size_t part) const;
   std::array<V, 3> CornersOf(const SolidState& solid, size_t part) const;
   LowestPoint<V> LowestOf(const SolidState& solid, uint32_t count, const std::array<V, 3>& places);
-  bool HasFoundPlane(SolidState& solid, size_t part, const LowestPoint<V>& lowest);
+  bool TakePlane(SolidState& solid, size_t part, const LowestPoint<V>& lowest);
   void Rest(SolidState& solid, size_t part, Real free);
   Contact& ContactOf(SolidState& solid, size_t part);
   void Activate(Contact& contact, std::span<const V> positions, std::span<const V> velocities);

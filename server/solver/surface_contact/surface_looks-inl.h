@@ -24,7 +24,7 @@ void SurfaceContacts<V>::LookAtDue(SolidState& solid, std::span<const V> positio
       if (!its.is_known) {
         its.lowest = LowestOf(solid, solid.CornerCount(part), CornersOf(solid, part));
       }
-      if (!HasFoundPlane(solid, part, its.lowest)) continue;
+      if (!TakePlane(solid, part, its.lowest)) continue;
     }
     if (Look(solid, part, velocities)) found_.push_back(solid.places[part]);
   }
@@ -44,7 +44,7 @@ void SurfaceContacts<V>::ListSearched(const SolidState& solid, std::span<const u
 template <class V>
 void SurfaceContacts<V>::LookAtFour(const SolidState& solid) {
   const Solid<V>& shape = solid.placed.solid();
-  if (shape.kind() != ShapeKind::kBox && shape.kind() != ShapeKind::kCylinder) return;
+  if (!shape.is_sharp()) return;
   const auto edges = std::ranges::partition_point(searched_, [&](const Searched& searched) -> bool {
     return searched.part < solid.triangle_count;
   });
@@ -88,7 +88,7 @@ std::array<V, 3> SurfaceContacts<V>::CornersOf(const SolidState& solid, size_t p
   return {solid.described[i], solid.described[j], solid.described[k]};
 }
 
-// Whether the part, which has a plane, has a part in the substep.
+// Whether a part with a plane is near enough to count in the substep.
 template <class V>
 bool SurfaceContacts<V>::Look(SolidState& solid, size_t part, std::span<const V> velocities) {
   Contact& contact = solid.contacts[solid.places[part]];
@@ -123,20 +123,19 @@ LowestPoint<V> SurfaceContacts<V>::LowestOf(const SolidState& solid, uint32_t co
   const Solid<V>& shape = solid.placed.solid();
   const LowestPoint<V> lowest = count == 2 ? LowestOnEdge(shape, places[0], places[1], least_dip_)
                                            : LowestOnTriangle(shape, places, least_dip_);
-  const bool has_edges = shape.kind() == ShapeKind::kBox || shape.kind() == ShapeKind::kCylinder;
   const bool has_ends = shape.kind() == ShapeKind::kCapsule && count == 3;
   if (lowest.is_inside || lowest.gap > solid.expected) return lowest;
-  if (!has_ends && (!has_edges || lowest.room > 0)) return lowest;
+  if (!has_ends && (!shape.is_sharp() || lowest.room > 0)) return lowest;
   const LowestPoint<V> next =
       count == 2 ? NextOnEdge(shape, places[0], places[1], least_dip_)
                  : LowestCornerUnder(shape, places, lowest.normal, corners_of_solid_);
   return next.is_inside && next.gap <= solid.expected ? next : lowest;
 }
 
-// False: nothing is lowest inside; then it is known when to look again.
+// A contact gets its plane from what is lowest. False: nothing of it is inside; then it is known
+// when to look again.
 template <class V>
-bool SurfaceContacts<V>::HasFoundPlane(SolidState& solid, size_t part,
-                                       const LowestPoint<V>& lowest) {
+bool SurfaceContacts<V>::TakePlane(SolidState& solid, size_t part, const LowestPoint<V>& lowest) {
   if (!lowest.is_inside) {
     Rest(solid, part, std::max(lowest.room, lowest.gap));
     return false;

@@ -125,8 +125,8 @@ void SurfaceContacts<V>::DropPassing(SolidState& solid) {
   solid.passing.clear();
 }
 
-// For one more part or passing one of the solid. Where there is none it is given up, and none of
-// them is left, which its caller does: where some are is chance.
+// For one more part or passing one of the solid. Where there is none it is given up, and its caller
+// drops all of them: where some are is chance. With their memory: other solids may fill as much.
 template <class V>
 bool SurfaceContacts<V>::HasRoom(SolidState& solid) {
   if (solid.is_given_up) return false;
@@ -157,7 +157,7 @@ void SurfaceContacts<V>::Watch(SolidState& solid, size_t particle_count) {
   for (auto& its : corners_) {
     for (uint32_t& i : its) i = watched_[i];
   }
-  solid.wakes.Begin(static_cast<uint32_t>(solid.watched.size()), corners_);
+  solid.wakes.Begin(static_cast<uint32_t>(solid.watched.size()), std::move(corners_));
   for (size_t part = 0; part < bounds_.size(); ++part) solid.wakes.Wait(part, bounds_[part]);
 }
 
@@ -167,28 +167,15 @@ void SurfaceContacts<V>::Add(SolidState& solid, std::span<const uint32_t> partic
   Real inverse_mass = 0;
   for (const uint32_t i : particles) inverse_mass += numbers_.inverse_masses[i];
   if (inverse_mass == 0) return;
-  if (!HasRoom(solid)) return DropParts(solid);
+  if (!HasRoom(solid)) {
+    DropParts(solid);
+    solid.places.shrink_to_fit();
+    solid.contacts.shrink_to_fit();
+    return;
+  }
   solid.places.push_back(SolidState::kNone);
   corners_.push_back({particles.front(), particles[1], particles.back()});
   bounds_.push_back(bound);
-}
-
-template <class V>
-void SurfaceContacts<V>::SolidState::Begin(const PlacedSolid<V>& solid) {
-  placed = solid;
-  places.clear();
-  contacts.clear();
-  watched.clear();
-  described.clear();
-  near.clear();
-  near_travels.clear();
-  sides.clear();
-  passing.clear();
-  needs_search = true;
-  is_given_up = false;
-  triangle_count = 0;
-  searched_in = 0;
-  reach = travel = expected = particle_way = own_way = 0;
 }
 
 }  // namespace drape::surface_contact

@@ -6,8 +6,8 @@
 namespace drape::surface_contact {
 
 template <class Real>
-void Wakes<Real>::Begin(uint32_t particle_count, const std::vector<Corners>& corners) {
-  corners_ = corners;
+void Wakes<Real>::Begin(uint32_t particle_count, std::vector<Corners> corners) {
+  corners_ = std::move(corners);
   wakes_.assign(corners_.size(), kMost);
   substeps_.assign(corners_.size(), kNever);
   ways_.assign(particle_count, 0);

@@ -21,7 +21,7 @@ class Wakes {
   using Corners = std::array<uint32_t, 3>;        // an edge has its second corner twice
 
   // From a search on: particles have come no way; parts wait for the ways that Wait tells.
-  void Begin(uint32_t particle_count, const std::vector<Corners>& corners);
+  void Begin(uint32_t particle_count, std::vector<Corners> corners);
 
   const Corners& corners(size_t part) const { return corners_[part]; }
   // A particle has moved on by this [m].
