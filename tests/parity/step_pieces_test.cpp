@@ -58,8 +58,8 @@ std::vector<Scene> Subjects() {
   // Several parts of gl's resident plan.
   Scene many_sweeps = SizedCloth(64);
   many_sweeps.parameters.settings.sweep = Sweep::kColours;
-  many_sweeps.parameters.settings.substeps = 200;
-  many_sweeps.parameters.settings.max_iterations = 200;
+  many_sweeps.parameters.settings.substeps = 80;
+  many_sweeps.parameters.settings.max_iterations = 80;
   Stir(many_sweeps, 0.2);
   return {sheet, paper, accurate, velocities, pushed, fabric, hinges, large, on_map, many_sweeps};
 }
@@ -173,7 +173,7 @@ TEST_P(StepPieces, ADroppedStepLeavesNothingBehind) {
 TEST_P(StepPieces, AreNotNeededForWhatWasLeftUndone) {
   Scene scene = SizedCloth(3000);
   Stir(scene, 0.2);
-  scene.parameters.settings.substeps = 500;
+  scene.parameters.settings.substeps = 100;
   scene.parameters.settings.max_iterations = 20;
   const ClothHandle plain = CreateCloth(backend_, scene);
   const ClothHandle undone = CreateCloth(backend_, scene);

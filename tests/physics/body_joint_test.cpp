@@ -417,7 +417,7 @@ class RandomChains : public BodyTest {
 class RandomChainsLong : public RandomChains {};
 
 TEST_P(RandomChains, CatchHeavyBalls) {
-  Catch(5, 3);
+  Catch(5, 1);
 }
 
 TEST_P(RandomChainsLong, CatchHeavyBalls) {

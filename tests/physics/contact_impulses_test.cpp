@@ -214,7 +214,8 @@ TEST_P(ContactImpulses, OfAClothThatTouchesItselfBalance) {
     const ClothHandle cloth = Make(scene), plain = Make(scene);
     ParticleState before = ReadState(backend(), cloth);
     double touched = 0;
-    for (uint32_t step = 0; step < 20; ++step) {
+    const uint32_t steps = backend_name() == "gl" ? 8 : 20;
+    for (uint32_t step = 0; step < steps; ++step) {
       const StepReport report = Step(cloth, scene);
       ASSERT_EQ(report.fault, FaultReason::kNone);
       // By the same kernels.

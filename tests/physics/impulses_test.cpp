@@ -260,7 +260,7 @@ TEST_P(Balance, OfAClothThatTouchesItself) {
       p = {p.x(), from_pins > 0 ? 0.0 : 0.006, 0.17 - std::abs(from_pins)};
       scene.state.velocities_m_per_s[i].y() = from_pins < -0.01 ? -1.5 : 0;
     }
-    ExpectBalance(scene, 20, 24);
+    ExpectBalance(scene, backend_name() == "gl" ? 8 : 20, 24);
   }
 }
 
