@@ -203,7 +203,7 @@ class SurfaceContacts {
   uint32_t ages_after_ = 1;  // substeps for which a plane is used
   Real least_dip_ = 0;       // [m]
   std::vector<SolidState> solids_;
-  size_t contact_count_ = 0;  // of all their candidates and what may get across
+  size_t contact_count_ = 0;  // of all their parts and what may get across
   bool has_given_up_ = false;
   std::vector<Contact*> active_;
   std::vector<Contact*> active_particles_;  // of these, those that may get across
